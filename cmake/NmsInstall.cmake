@@ -1,0 +1,15 @@
+# install(): headers, libraries, the command and the CMake package `nms`.
+include(CMakePackageConfigHelpers)
+
+install(TARGETS nms_lang nms_compiler nms_program nms_runtime EXPORT nms-targets
+        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+        FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(TARGETS nmsc RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(DIRECTORY stdlib/ DESTINATION ${CMAKE_INSTALL_DATADIR}/nms/stdlib FILES_MATCHING PATTERN "*.nms" PATTERN "*.x3d")
+install(FILES LICENSE NOTICE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(EXPORT nms-targets NAMESPACE nms:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/nms)
+configure_package_config_file(cmake/nms-config.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/nms-config.cmake
+                              INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/nms)
+write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/nms-config-version.cmake COMPATIBILITY SameMajorVersion)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/nms-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/nms-config-version.cmake
+        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/nms)
