@@ -1,0 +1,199 @@
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+
+/// The records of an AU curve program and of a rig description, as they lie in memory and in an `.auc` file.
+///
+/// Little-endian, naturally aligned, no padding bytes that are not named and zero. Every record is trivially copyable,
+/// so a checked file is used where it is mapped. Times are nanoseconds on the clip's own clock, which may be negative.
+namespace nms::program {
+
+/// Index into the string table; 0 is the empty string.
+enum class StringId : std::uint32_t {};
+/// Index into the channel table.
+enum class ChannelId : std::uint32_t {};
+/// Index into the muscle table.
+enum class MuscleId : std::uint32_t {};
+
+/// "no such thing", for every 32-bit index.
+inline constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+
+enum class Side : std::uint8_t { none, left, right };  ///< the signer's own side
+
+enum class ChannelKind : std::uint8_t {
+  action_unit,  ///< one AU (of one side); values in [0, 1], 1 is the FACS maximum
+  axis,         ///< an opposed pair of AUs; values in [-1, 1], + is the first of the pair
+};
+
+/// What an axis turns or shifts.
+enum class Motion : std::uint8_t { none, rotate_x, rotate_y, rotate_z, translate_x, translate_y, translate_z };
+
+/// The rigid frame that an axis or a hinge moves.
+enum class Frame : std::uint8_t { none, torso, head, jaw, eyes };
+
+/// How values of one channel are merged within one layer.
+enum class MergeOperator : std::uint8_t { strongest, sum, latest };
+
+/// A track owns channels for merging, ownership and reports.
+struct Track {
+  StringId name{};
+  MergeOperator merge = MergeOperator::strongest;
+  std::uint8_t zero[3] = {};
+};
+
+/// One curve's subject: an AU of one side, or a signed axis.
+///
+/// `sample` prints an axis as its two AUs, each 0 to 1. `full_scale` is what a value of 1 means for an axis: radians for
+/// a rotation, metres for a translation. AUs leave it 0.
+struct Channel {
+  StringId name{};           ///< "AU12L", "AU26", or the axis' name
+  StringId title{};          ///< "Lip Corner Puller"
+  StringId positive{};       ///< axis: name of the AU that + stands for ("AU51"); else 0
+  StringId negative{};       ///< axis: name of the AU that - stands for ("AU52"); else 0
+  std::uint32_t track = kNone;
+  float full_scale = 0.0F;   ///< [rad] or [m]
+  std::uint16_t au = 0;      ///< FACS number; of an axis: of its positive AU
+  ChannelKind kind = ChannelKind::action_unit;
+  Side side = Side::none;
+  Motion motion = Motion::none;
+  Frame frame = Frame::none;
+  std::uint8_t zero[2] = {};
+};
+
+/// How a segment goes from its knot's value to the next knot's.
+/// Any other `Knot::shape` is an index into the handle table: the two inner Bézier control values.
+inline constexpr std::uint32_t kShapeSmooth = 0xFFFFFFFFU;  ///< 3u^2 - 2u^3: inner values v0, v1
+inline constexpr std::uint32_t kShapeLinear = 0xFFFFFFFEU;  ///< inner values v0 + (v1-v0)/3, v0 + 2(v1-v0)/3
+inline constexpr std::uint32_t kShapeHold = 0xFFFFFFFDU;    ///< v0 up to, not including, the next knot (a step)
+inline constexpr std::uint32_t kShapeFirstReserved = 0xFFFFFFF0U;
+
+/// A knot of a curve: the value there, exactly, and the shape of the segment that starts there.
+/// Times of one curve ascend; two knots (not three) may share a time: a jump, and the value there is the second's.
+/// Before the first knot the first value holds, after the last knot the last one: neutral ends are knots of value 0.
+struct Knot {
+  std::int64_t time_ns = 0;
+  float value = 0.0F;
+  std::uint32_t shape = kShapeHold;
+};
+
+/// Inner control values b1, b2 of a cubic Bézier segment: (1-u)^3 v0 + 3(1-u)^2 u b1 + 3(1-u) u^2 b2 + u^3 v1.
+struct Handles {
+  float b1 = 0.0F;
+  float b2 = 0.0F;
+};
+
+/// One channel's curve in one clip: knots [first_knot, first_knot + knot_count), at least one.
+/// A clip's curves are ordered by channel; a channel occurs once in a clip.
+struct Curve {
+  ChannelId channel{};
+  std::uint32_t first_knot = 0;
+  std::uint32_t knot_count = 0;
+};
+
+enum class ClipKind : std::uint8_t { pose, expression, timeline, entry, utterance, discourse };
+
+/// A thing that can be played. It is defined on [start_ns, end_ns]; start may be negative (a lead before the first sign).
+struct Clip {
+  StringId name{};
+  ClipKind kind = ClipKind::expression;
+  std::uint8_t zero[3] = {};
+  std::int64_t start_ns = 0;
+  std::int64_t end_ns = 0;
+  std::uint32_t first_curve = 0;
+  std::uint32_t curve_count = 0;
+  std::uint32_t first_marker = 0;
+  std::uint32_t marker_count = 0;
+  /// The play list: this many knots of this clip, as indices into the knot table, ordered by time, then channel.
+  std::uint32_t first_play = 0;
+  std::uint32_t play_count = 0;
+  std::uint64_t content_hash = 0;  ///< XXH3-64 over all that the clip's declaration depends on
+};
+
+enum class MarkerKind : std::uint8_t { mark, sign_start, stroke_end, sign_end, onset, apex, offset, release };
+
+/// A named moment of a clip; a clip's markers ascend in time.
+struct Marker {
+  std::int64_t time_ns = 0;
+  StringId name{};
+  MarkerKind kind = MarkerKind::mark;
+  std::uint8_t zero[3] = {};
+};
+
+/// Where a segment came from. The source map holds one index into this table for each knot (or kNone).
+struct Source {
+  StringId file{};          ///< relative path
+  std::uint32_t line = 0;   ///< from 1
+  std::uint32_t column = 0; ///< from 1, in bytes
+  StringId entry{};         ///< the lexicon entry, expression or pose that made it; may be empty
+};
+
+// ------------------------------------------------------------------------------------------------ rig
+
+enum class MuscleKind : std::uint8_t {
+  linear,     ///< pulls towards the attachment           (Barker 2005, 4.4.2; Waters 1987)
+  sheet,      ///< pulls along the muscle vector           (Barker 2005, 4.4.2)
+  sphincter,  ///< pulls towards the centre of an ellipse  (Barker 2005, 4.4.2; Waters' fall-off)
+  eyelid,     ///< turns a lid about the eyeball           (Barker 2005, 4.4.2)
+  hinge,      ///< turns and slides a frame, the skin following by its region's shares (the jaw)
+  bulge,      ///< pushes outwards along the surface's normal (a puffed cheek)
+};
+
+/// Radial fall-off laws, by name in the source.
+enum class Falloff : std::uint8_t {
+  smooth,  ///< default: the thesis's law times a smooth fall to 0 at the edge of the angle of influence
+  thesis,  ///< as printed: jumps from cos(theta) to 0 at the edge of the zone
+};
+
+/// One muscle of one side. Which fields count depends on its kind; the others are 0.
+/// Places are landmarks of the face by name, plus an offset in the face's own directions
+/// (x away from the midline on the muscle's side, y up, z forward).
+struct Muscle {
+  StringId name{};             ///< "zygomatic_major_L"
+  MuscleKind kind = MuscleKind::linear;
+  Side side = Side::none;
+  Falloff falloff = Falloff::smooth;
+  Frame frame = Frame::none;   ///< hinge: the frame it moves
+  StringId attachment{};       ///< linear, sheet: `from`; sphincter, bulge: centre; eyelid: eyeball's centre; hinge: axis
+  StringId insertion{};        ///< linear, sheet: `to`; sphincter: end of the major half axis; eyelid: middle of the margin
+  StringId region{};           ///< only points of this region move, times their weight; 0 = all
+  StringId except{};           ///< points of this region do not move (1 - weight); 0 = none
+  float attachment_offset[3] = {};  ///< [m]
+  float insertion_offset[3] = {};   ///< [m]
+  float angle = 0.0F;          ///< linear: angle of influence; eyelid: turn at full contraction, + down; hinge: turn, + opens [rad]
+  float insertion_radius = 0.0F;      ///< I; 0 = |m|                                                       [m]
+  float dissipation_radius = 0.0F;    ///< D; of a sphincter 0                                              [m]
+  float perpendicular_radius = 0.0F;  ///< sheet: D perpendicular                                           [m]
+  float major_radius = 0.0F;   ///< sphincter, bulge: half axis along insertion; 0 = |m|                    [m]
+  float minor_radius = 0.0F;   ///< sphincter, bulge: half axis across it                                   [m]
+  float limit = 0.0F;          ///< contraction at full activation, share of |m| (of the way, for a sphincter; of 1 else) [-]
+  float amount = 0.0F;         ///< bulge: push at the centre; sphincter: push forward (protrusion)         [m]
+  float slide[3] = {};         ///< hinge: shift of the frame at full contraction                           [m]
+  float closes = 0.0F;         ///< eyelid: share of the way to the other lid's margin; 0 = `angle` alone   [-]
+};
+
+/// An AU drives a muscle by a share of its contraction; many to many. Ordered by channel, then muscle.
+struct Actuation {
+  ChannelId channel{};
+  MuscleId muscle{};
+  float share = 0.0F;          ///< may exceed 1 only where the source says so; negative relaxes
+};
+
+/// A named place on the face, at rest, in the face's coordinates.
+struct Landmark {
+  StringId name{};             ///< sided ones carry "_L" or "_R"
+  float position[3] = {};      ///< [m]
+};
+
+/// The face this rig was made for. One at most.
+struct FaceReference {
+  StringId name{};             ///< "ada"
+  StringId surface{};          ///< path of its geometry, relative to the file that declares it
+};
+
+static_assert(sizeof(Track) == 8 && sizeof(Channel) == 32 && sizeof(Knot) == 16 && sizeof(Handles) == 8);
+static_assert(sizeof(Curve) == 12 && sizeof(Clip) == 56 && sizeof(Marker) == 16 && sizeof(Source) == 16);
+static_assert(sizeof(Muscle) == 96 && sizeof(Actuation) == 12 && sizeof(Landmark) == 16 && sizeof(FaceReference) == 8);
+static_assert(std::is_trivially_copyable_v<Muscle> && std::is_trivially_copyable_v<Clip>);
+
+}  // namespace nms::program
