@@ -1,0 +1,15 @@
+# cmake -DROOT=<stdlib> -DOUT=<file.cpp> -P embed.cmake: all *.nms and *.x3d of ROOT as one C++ file.
+file(GLOB_RECURSE paths RELATIVE "${ROOT}" "${ROOT}/*.nms" "${ROOT}/*.x3d")
+list(SORT paths COMPARE STRING)
+set(code "#include <nms/stdlib/embedded.h>\n\nnamespace nms::stdlib {\nnamespace {\nusing namespace std::string_view_literals;\n")
+string(APPEND code "constexpr EmbeddedFile kFiles[] = {\n")
+foreach(path IN LISTS paths)
+  file(READ "${ROOT}/${path}" text)
+  if(text MATCHES "\\)nms_file\"")
+    message(FATAL_ERROR "${path} holds the end mark of an embedded file")
+  endif()
+  # A first newline directly after the opening parenthesis is part of a raw literal, so none is written.
+  string(APPEND code "    {\"${path}\"sv, R\"nms_file(${text})nms_file\"sv},\n")
+endforeach()
+string(APPEND code "};\n}  // namespace\n\nstd::span<const EmbeddedFile> embedded_files() { return kFiles; }\n\n}  // namespace nms::stdlib\n")
+file(WRITE "${OUT}" "${code}")
