@@ -91,6 +91,9 @@ bool Checker::strings() {
       return refuse("string_begin", i, fmt::format("string {} would end before it begins, or past the strings", i - 1));
     }
     const std::uint32_t length = begin[i] - begin[i - 1];
+    if (length == 0 && i > 1) {
+      return refuse("string_begin", i - 1, "an empty string that is not string 0");
+    }
     if (length > kStringLimit) {
       return refuse("string_begin", i - 1,
                     fmt::format("a string of {} bytes; {} are the most", grouped(length), grouped(kStringLimit)));
