@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include <nms/program/failure.h>
+#include <nms/program/program.h>
+#include <nms/runtime/face.h>
+#include <nms/runtime/rig.h>
+
+namespace nms::runtime {
+
+struct GltfOptions {
+  std::vector<std::string> clips;  ///< names, in the order they are written; empty: every clip of the program
+  bool all_targets = false;        ///< write targets of every actuated AU, not only of those the clips use
+  bool dense = false;              ///< plain accessors for morph targets: larger, for importers without sparse ones
+};
+
+/// The face as binary glTF 2.0, core only, one animation for each clip.
+///
+/// Skin: one mesh, one vertex buffer, primitives by material; joints `head` and `torso`; one morph target for each AU
+/// and side that moves it (`mesh.extras.targetNames`), an axis giving one for each of its two AUs (`AU63`, `AU64`).
+/// Nodes: root -> torso -> head -> {jaw, eye_left, eye_right}, rigid meshes below their frame; metres, +y up, face to
+/// +z. Animations: every target's weight and every moving node's rotation and translation, LINEAR keys set where the
+/// curve bends: at most 0.2 % of an AU and 0.02 degrees off. Times start at 0; `extras.start_s` says where the clip's
+/// own clock stands there. A jump becomes a ramp of 1 ms. What a clip does not speak of is at rest.
+///
+/// The same input gives the same bytes on every machine.
+///
+/// Failures: unknown_clip, too_many_vertices, gltf_writer (the library refused; a defect of ours).
+[[nodiscard]] tl::expected<std::vector<std::byte>, program::Failure> export_glb(const Face& face, const Rig& rig,
+                                                                                const program::Program& program,
+                                                                                const GltfOptions& options);
+
+}  // namespace nms::runtime

@@ -1,0 +1,150 @@
+#include "animation_keys.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <nms/runtime/trigonometry.h>
+
+namespace nms::runtime {
+namespace {
+
+constexpr std::int64_t kShortest_ns = 1'000'000;  // no key interval is halved below this; also the ramp of a jump
+
+struct Sample {
+  std::int64_t time_ns = 0;
+  std::vector<float> values;
+};
+
+double quaternion_dot(std::span<const float> a, std::span<const float> b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < 4; ++i) sum += static_cast<double>(a[i]) * static_cast<double>(b[i]);
+  return sum;
+}
+
+// Angle of the rotation from a to b, from the chord: exact to second order, and without the arc cosine's loss near 1.
+double angle_between(std::span<const float> a, const double (&b)[4]) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double d = static_cast<double>(a[i]) - b[i];
+    sum += d * d;
+  }
+  return 2.0 * std::sqrt(sum);
+}
+
+// How far interpolation from `from` to `to` misses `truth` at share u.
+double miss(const Sample& from, const Sample& to, const Sample& truth, Interpolation interpolation) {
+  const double u = static_cast<double>(truth.time_ns - from.time_ns) / static_cast<double>(to.time_ns - from.time_ns);
+  if (interpolation == Interpolation::slerp) {
+    const double cos_angle = std::clamp(quaternion_dot(from.values, to.values), -1.0, 1.0);
+    double wa = 1.0 - u;
+    double wb = u;
+    if (cos_angle < 0.999999) {
+      const double angle = arc_cosine(cos_angle);
+      const double s = sine(angle);
+      wa = sine((1.0 - u) * angle) / s;
+      wb = sine(u * angle) / s;
+    }
+    double q[4];
+    for (std::size_t i = 0; i < 4; ++i) {
+      q[i] = wa * static_cast<double>(from.values[i]) + wb * static_cast<double>(to.values[i]);
+    }
+    return angle_between(truth.values, q);
+  }
+  double worst = 0.0;
+  for (std::size_t i = 0; i < truth.values.size(); ++i) {
+    const double a = static_cast<double>(from.values[i]);
+    const double b = static_cast<double>(to.values[i]);
+    worst = std::max(worst, std::abs(a + u * (b - a) - static_cast<double>(truth.values[i])));
+  }
+  return worst;
+}
+
+}  // namespace
+
+std::vector<std::int64_t> break_times(const program::Program& program, const program::Clip& clip) {
+  std::vector<std::int64_t> times{clip.start_ns, clip.end_ns};
+  const auto add = [&](std::int64_t t) {
+    if (t > clip.start_ns && t < clip.end_ns) times.push_back(t);
+  };
+  for (std::uint32_t c = 0; c < clip.curve_count; ++c) {
+    const program::Curve& curve = program.curves[clip.first_curve + c];
+    for (std::uint32_t k = 0; k < curve.knot_count; ++k) {
+      const program::Knot& knot = program.knots[curve.first_knot + k];
+      add(knot.time_ns);
+      if (k == 0) continue;
+      const program::Knot& before = program.knots[curve.first_knot + k - 1];
+      const bool jumps = before.time_ns == knot.time_ns || before.shape == program::kShapeHold;
+      if (jumps && before.value != knot.value) {
+        const std::int64_t t = knot.time_ns - kShortest_ns;
+        if (t < clip.end_ns) add(t);
+      }
+    }
+  }
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  return times;
+}
+
+Keys fit_keys(std::span<const std::int64_t> breaks, std::size_t width, Interpolation interpolation, double tolerance,
+              const std::function<void(std::int64_t, std::span<float>)>& signal) {
+  const auto sample = [&](std::int64_t t) {
+    Sample s{t, std::vector<float>(width)};
+    signal(t, s.values);
+    return s;
+  };
+
+  // Halving. Half of the tolerance goes here, the other half to the dropping below.
+  const double half = 0.5 * tolerance;
+  std::vector<Sample> samples{sample(breaks[0])};
+  for (std::size_t i = 1; i < breaks.size(); ++i) {
+    std::vector<Sample> ahead{sample(breaks[i])};  // ends of the intervals still to do, the nearest last
+    while (!ahead.empty()) {
+      const Sample& from = samples.back();
+      const Sample& to = ahead.back();
+      const std::int64_t length = to.time_ns - from.time_ns;
+      bool fits = true;
+      if (length > kShortest_ns) {
+        for (const std::int64_t eighths : {4, 2, 6, 1, 7}) {
+          if (miss(from, to, sample(from.time_ns + length / 8 * eighths), interpolation) > half) {
+            fits = false;
+            break;
+          }
+        }
+      }
+      if (fits) {
+        samples.push_back(std::move(ahead.back()));
+        ahead.pop_back();
+      } else {
+        ahead.push_back(sample(from.time_ns + length / 2));
+      }
+    }
+  }
+
+  // Dropping: from each kept key, reach as far as all keys passed over stay within the other half.
+  Keys keys;
+  const std::int64_t start = breaks[0];
+  const auto keep = [&](const Sample& s) {
+    const float t = static_cast<float>(static_cast<double>(s.time_ns - start) * 1e-9);
+    if (!keys.times.empty() && t <= keys.times.back()) return;  // two moments that single precision cannot tell apart
+    keys.times.push_back(t);
+    keys.values.insert(keys.values.end(), s.values.begin(), s.values.end());
+  };
+  std::size_t i = 0;
+  keep(samples[0]);
+  while (i + 1 < samples.size()) {
+    std::size_t reach = i + 1;
+    while (reach + 1 < samples.size()) {
+      bool fits = true;
+      for (std::size_t j = i + 1; j <= reach && fits; ++j) {
+        fits = miss(samples[i], samples[reach + 1], samples[j], interpolation) <= half;
+      }
+      if (!fits) break;
+      ++reach;
+    }
+    i = reach;
+    keep(samples[i]);
+  }
+  return keys;
+}
+
+}  // namespace nms::runtime

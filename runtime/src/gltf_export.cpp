@@ -1,0 +1,622 @@
+#include <nms/runtime/gltf_export.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <exception>
+#include <map>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+#include <tiny_gltf.h>
+
+#include <nms/program/evaluate.h>
+
+#include "animation_keys.h"
+
+namespace nms::runtime {
+namespace {
+
+using program::ChannelId;
+using program::ChannelKind;
+using program::Clip;
+using program::Failure;
+using program::Program;
+
+// A morph delta shorter than this is rounding, and is written as none: it decides how many vertices a target stores.
+constexpr float kPositionDust = 1e-6F;  // [m]
+constexpr float kNormalDust = 1e-3F;    // of a unit normal, 0.06 degrees
+// Bounds of what LINEAR keys may miss by.
+constexpr double kWeightTolerance = 0.002;                        // of an AU
+constexpr double kTurnTolerance = 0.02 * 3.14159265358979 / 180;  // [rad]
+constexpr double kShiftTolerance = 1e-5;                          // [m]
+
+constexpr int kNoView = -1;
+
+// One morph target: a channel at +1, or at -1 for the second AU of an axis.
+struct Target {
+  std::uint32_t channel = 0;
+  float sign = 1.0F;
+  std::string name;
+};
+
+// Unique names of [A-Za-z0-9_-]: some viewers strip other characters, and bind by name.
+class Names {
+ public:
+  std::string unique(std::string_view wanted) {
+    std::string base;
+    for (const char c : wanted) {
+      const bool plain =
+          (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+      base += plain ? c : '_';
+    }
+    if (base.empty()) base = "unnamed";
+    std::string name = base;
+    for (int i = 2; !taken_.insert(name).second; ++i) name = fmt::format("{}_{}", base, i);
+    return name;
+  }
+
+ private:
+  std::set<std::string> taken_;
+};
+
+// Appends data to the one buffer, with its views and accessors.
+class Writer {
+ public:
+  explicit Writer(tinygltf::Model& model) : model_(model) { model_.buffers.emplace_back(); }
+
+  template <typename T>
+  int view(std::span<const T> data, int target) {
+    std::vector<unsigned char>& bytes = model_.buffers[0].data;
+    while (bytes.size() % 4 != 0) bytes.push_back(0);
+    const std::size_t begin = bytes.size();
+    bytes.resize(begin + data.size_bytes());
+    if (!data.empty()) std::memcpy(bytes.data() + begin, data.data(), data.size_bytes());
+    tinygltf::BufferView v;
+    v.buffer = 0;
+    v.byteOffset = begin;
+    v.byteLength = data.size_bytes();
+    v.target = target;
+    model_.bufferViews.push_back(std::move(v));
+    return static_cast<int>(model_.bufferViews.size()) - 1;
+  }
+
+  // Floats, `width` to an element, with exact bounds where `bounds` asks for them.
+  int floats(std::span<const float> values, std::size_t width, int type, int target, bool bounds) {
+    tinygltf::Accessor a = accessor(values.size() / width, TINYGLTF_COMPONENT_TYPE_FLOAT, type);
+    a.bufferView = view(values, target);
+    if (bounds) set_bounds(a, values, width);
+    return push(std::move(a));
+  }
+
+  int vectors(std::span<const glm::vec3> values, bool bounds) {
+    return floats(flat(values), 3, TINYGLTF_TYPE_VEC3, TINYGLTF_TARGET_ARRAY_BUFFER, bounds);
+  }
+
+  // Vectors that are zero but for some. At least one element is stored: a count of 0 is not allowed, and an accessor
+  // with neither a view nor sparse data breaks importers.
+  int sparse_vectors(std::span<const glm::vec3> values, bool bounds) {
+    std::vector<std::uint32_t> indices;
+    std::vector<glm::vec3> stored;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (values[i] == glm::vec3(0.0F)) continue;
+      indices.push_back(static_cast<std::uint32_t>(i));
+      stored.push_back(values[i]);
+    }
+    if (indices.empty()) {
+      indices.push_back(0);
+      stored.emplace_back(0.0F);
+    }
+    tinygltf::Accessor a = accessor(values.size(), TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3);
+    a.bufferView = kNoView;
+    a.sparse.isSparse = true;
+    a.sparse.count = static_cast<int>(indices.size());
+    a.sparse.indices.byteOffset = 0;
+    a.sparse.values.byteOffset = 0;
+    if (values.size() <= 65536) {
+      const std::vector<std::uint16_t> small(indices.begin(), indices.end());
+      a.sparse.indices.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT;
+      a.sparse.indices.bufferView = view(std::span(small), 0);
+    } else {
+      a.sparse.indices.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+      a.sparse.indices.bufferView = view(std::span<const std::uint32_t>(indices), 0);
+    }
+    a.sparse.values.bufferView = view(flat(stored), 0);
+    if (bounds) set_bounds(a, flat(values), 3);
+    return push(std::move(a));
+  }
+
+  int triangles(std::span<const std::uint32_t> indices, std::size_t vertex_count) {
+    // 65535 itself is the restart value and may not be used.
+    const bool small = vertex_count <= 65535;
+    tinygltf::Accessor a =
+        accessor(indices.size(), small ? TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT : TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT,
+                 TINYGLTF_TYPE_SCALAR);
+    if (small) {
+      const std::vector<std::uint16_t> shorts(indices.begin(), indices.end());
+      a.bufferView = view(std::span(shorts), TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
+    } else {
+      a.bufferView = view(indices, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
+    }
+    return push(std::move(a));
+  }
+
+  int joints(std::span<const std::array<std::uint8_t, 4>> values) {
+    tinygltf::Accessor a = accessor(values.size(), TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TYPE_VEC4);
+    a.bufferView = view(values, TINYGLTF_TARGET_ARRAY_BUFFER);
+    return push(std::move(a));
+  }
+
+  static std::span<const float> flat(std::span<const glm::vec3> values) {
+    static_assert(sizeof(glm::vec3) == 3 * sizeof(float));
+    return values.empty() ? std::span<const float>() : std::span<const float>(&values[0].x, values.size() * 3);
+  }
+
+ private:
+  static tinygltf::Accessor accessor(std::size_t count, int component, int type) {
+    tinygltf::Accessor a;
+    a.byteOffset = 0;
+    a.count = count;
+    a.componentType = component;
+    a.type = type;
+    a.normalized = false;
+    a.sparse.isSparse = false;
+    return a;
+  }
+
+  static void set_bounds(tinygltf::Accessor& a, std::span<const float> values, std::size_t width) {
+    a.minValues.assign(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(width));
+    a.maxValues = a.minValues;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const double value = static_cast<double>(values[i]);
+      a.minValues[i % width] = std::min(a.minValues[i % width], value);
+      a.maxValues[i % width] = std::max(a.maxValues[i % width], value);
+    }
+    // -0 and 0 compare equal, and which one is kept depends on the order; write 0.
+    for (double& v : a.minValues) v += 0.0;
+    for (double& v : a.maxValues) v += 0.0;
+  }
+
+  int push(tinygltf::Accessor a) {
+    model_.accessors.push_back(std::move(a));
+    return static_cast<int>(model_.accessors.size()) - 1;
+  }
+
+  tinygltf::Model& model_;
+};
+
+std::vector<double> triple(glm::dvec3 v) { return {v.x, v.y, v.z}; }
+
+std::size_t index_of(Frame frame) { return static_cast<std::size_t>(frame); }
+
+// Parents before children; the order of runtime::Frame.
+constexpr std::array<const char*, kFrameCount> kFrameNames{"torso", "head", "jaw", "eye_left", "eye_right"};
+constexpr std::array<Frame, kFrameCount> kFrameParents{Frame::torso, Frame::torso, Frame::head, Frame::head,
+                                                       Frame::head};
+
+class Export {
+ public:
+  Export(const Face& face, const Rig& rig, const Program& program, const GltfOptions& options)
+      : face_(face),
+        rig_(rig),
+        program_(program),
+        options_(options),
+        writer_(model_),
+        pose_(make_pose(face, rig)),
+        values_(rig.channel_count(), 0.0F) {}
+
+  tl::expected<std::vector<std::byte>, Failure> run() {
+    if (auto failure = choose_clips()) return tl::unexpected(std::move(*failure));
+    choose_targets();
+    model_.asset.version = "2.0";
+    model_.asset.generator = "nmsc";
+    add_materials();
+    add_nodes();
+    add_skin();
+    add_rigid_meshes();
+    find_moving_frames();
+    for (const Clip* clip : clips_) add_animation(*clip);
+    return serialise();
+  }
+
+ private:
+  std::optional<Failure> choose_clips() {
+    if (options_.clips.empty()) {
+      for (const Clip& clip : program_.clips) clips_.push_back(&clip);
+      return std::nullopt;
+    }
+    for (const std::string& name : options_.clips) {
+      const Clip* clip = program_.find_clip(name);
+      if (clip == nullptr) {
+        return Failure{"unknown_clip", "export", fmt::format("the program has no clip '{}'", name),
+                       "name an expression, timeline, entry or utterance of the program"};
+      }
+      if (std::find(clips_.begin(), clips_.end(), clip) == clips_.end()) clips_.push_back(clip);
+    }
+    return std::nullopt;
+  }
+
+  // Whether any chosen clip takes the channel to the given side of 0.
+  bool used(std::uint32_t channel, float sign) const {
+    for (const Clip* clip : clips_) {
+      for (std::uint32_t c = 0; c < clip->curve_count; ++c) {
+        const program::Curve& curve = program_.curves[clip->first_curve + c];
+        if (static_cast<std::uint32_t>(curve.channel) != channel) continue;
+        for (std::uint32_t k = 0; k < curve.knot_count; ++k) {
+          const program::Knot& knot = program_.knots[curve.first_knot + k];
+          if (knot.value * sign > 0.0F) return true;
+          if (knot.shape < program::kShapeFirstReserved && k + 1 < curve.knot_count) {
+            const program::Handles& handles = program_.handles[knot.shape];
+            if (handles.b1 * sign > 0.0F || handles.b2 * sign > 0.0F) return true;
+          }
+        }
+      }
+    }
+    return false;
+  }
+
+  void choose_targets() {
+    Names names;
+    for (std::uint32_t c = 0; c < program_.channels.size(); ++c) {
+      const program::Channel& channel = program_.channels[c];
+      if (!rig_.moves_skin(ChannelId{c})) continue;
+      const auto add = [&](float sign, program::StringId name) {
+        if (!options_.all_targets && !used(c, sign)) return;
+        targets_.push_back({c, sign, names.unique(program_.string(name))});
+      };
+      if (channel.kind == ChannelKind::action_unit) {
+        add(1.0F, channel.name);
+      } else {
+        add(1.0F, channel.positive);
+        add(-1.0F, channel.negative);
+      }
+    }
+  }
+
+  void add_materials() {
+    Names names;
+    for (const Material& material : face_.materials) {
+      tinygltf::Material m;
+      m.name = names.unique(material.name);
+      const glm::vec4 c = material.base_color;
+      m.pbrMetallicRoughness.baseColorFactor = {c.r, c.g, c.b, c.a};
+      m.pbrMetallicRoughness.metallicFactor = static_cast<double>(material.metallic);
+      m.pbrMetallicRoughness.roughnessFactor = static_cast<double>(material.roughness);
+      m.doubleSided = material.double_sided;
+      if (c.a < 1.0F) m.alphaMode = "BLEND";
+      model_.materials.push_back(std::move(m));
+    }
+  }
+
+  int add_node(std::string_view name, int parent, glm::dvec3 translation) {
+    tinygltf::Node node;
+    node.name = node_names_.unique(name);
+    if (translation != glm::dvec3(0.0)) node.translation = triple(translation);
+    model_.nodes.push_back(std::move(node));
+    const int index = static_cast<int>(model_.nodes.size()) - 1;
+    if (parent >= 0) model_.nodes[static_cast<std::size_t>(parent)].children.push_back(index);
+    return index;
+  }
+
+  // Single precision on purpose: what a reader adds up again is then the same sum for every mesh.
+  glm::dvec3 pivot(Frame frame) const { return glm::dvec3(glm::vec3(rig_.pivot(frame))); }
+
+  glm::dvec3 rest_translation(Frame frame) const {
+    const Frame parent = kFrameParents[index_of(frame)];
+    return frame == Frame::torso ? pivot(frame) : pivot(frame) - pivot(parent);
+  }
+
+  void add_nodes() {
+    const int root = add_node("root", -1, glm::dvec3(0.0));
+    for (const Frame frame : {Frame::torso, Frame::head, Frame::jaw, Frame::eye_left, Frame::eye_right}) {
+      const int parent = frame == Frame::torso ? root : frame_nodes_[index_of(kFrameParents[index_of(frame)])];
+      frame_nodes_[index_of(frame)] = add_node(kFrameNames[index_of(frame)], parent, rest_translation(frame));
+    }
+    tinygltf::Scene scene;
+    scene.name = "face";
+    scene.nodes.push_back(root);
+    model_.scenes.push_back(std::move(scene));
+    model_.defaultScene = 0;
+  }
+
+  void add_skin() {
+    const std::size_t vertex_count = face_.skin.surface.rows;
+    if (vertex_count == 0 || face_.skin.primitives.empty()) return;
+    pose_face(face_, rig_, values_, pose_);
+    const std::vector<glm::vec3> positions = pose_.positions;
+    const std::vector<glm::vec3> normals = pose_.normals;
+
+    tinygltf::Primitive shared;
+    shared.mode = TINYGLTF_MODE_TRIANGLES;
+    shared.attributes["POSITION"] = writer_.vectors(positions, true);
+    shared.attributes["NORMAL"] = writer_.vectors(normals, false);
+    if (!face_.skin.colors.empty()) shared.attributes["COLOR_0"] = writer_.vectors(face_.skin.colors, false);
+    add_joints(shared);
+
+    std::vector<glm::vec3> moved(vertex_count);
+    std::vector<glm::vec3> turned(vertex_count);
+    for (const Target& target : targets_) {
+      values_[target.channel] = target.sign;
+      pose_face(face_, rig_, values_, pose_);
+      values_[target.channel] = 0.0F;
+      for (std::size_t v = 0; v < vertex_count; ++v) {
+        moved[v] = without_dust(pose_.positions[v] - positions[v], kPositionDust);
+        turned[v] = without_dust(pose_.normals[v] - normals[v], kNormalDust);
+      }
+      std::map<std::string, int> attributes;
+      attributes["POSITION"] = options_.dense ? writer_.vectors(moved, true) : writer_.sparse_vectors(moved, true);
+      attributes["NORMAL"] = options_.dense ? writer_.vectors(turned, false) : writer_.sparse_vectors(turned, false);
+      shared.targets.push_back(std::move(attributes));
+    }
+
+    tinygltf::Mesh mesh;
+    mesh.name = "skin";
+    for (const Primitive& primitive : face_.skin.primitives) {
+      if (primitive.triangles.empty()) continue;
+      tinygltf::Primitive p = shared;
+      p.material = static_cast<int>(primitive.material);
+      p.indices = writer_.triangles(primitive.triangles, vertex_count);
+      mesh.primitives.push_back(std::move(p));
+    }
+    if (mesh.primitives.empty()) return;
+    if (!targets_.empty()) {
+      mesh.weights.assign(targets_.size(), 0.0);
+      tinygltf::Value::Array target_names;
+      for (const Target& target : targets_) target_names.emplace_back(target.name);
+      mesh.extras = tinygltf::Value(tinygltf::Value::Object{{"targetNames", tinygltf::Value(target_names)}});
+    }
+    model_.meshes.push_back(std::move(mesh));
+
+    // A root of the scene of its own: the transforms above a skinned mesh do not count.
+    skin_node_ = add_node("skin", -1, glm::dvec3(0.0));
+    tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(skin_node_)];
+    node.mesh = static_cast<int>(model_.meshes.size()) - 1;
+    node.skin = 0;
+    model_.scenes[0].nodes.push_back(skin_node_);
+  }
+
+  static glm::vec3 without_dust(glm::vec3 d, float dust) {
+    return d.x * d.x + d.y * d.y + d.z * d.z < dust * dust ? glm::vec3(0.0F) : d;
+  }
+
+  // Joint 0 is the head, joint 1 the torso. A joint of no weight has index 0, as the format asks.
+  void add_joints(tinygltf::Primitive& primitive) {
+    std::vector<std::array<std::uint8_t, 4>> joints;
+    std::vector<float> weights;
+    for (const float share : rig_.head_share()) {
+      const bool torso_alone = share <= 0.0F;
+      const bool both = share > 0.0F && share < 1.0F;
+      joints.push_back({static_cast<std::uint8_t>(torso_alone ? 1 : 0), static_cast<std::uint8_t>(both ? 1 : 0), 0, 0});
+      weights.insert(weights.end(), {both ? share : 1.0F, both ? 1.0F - share : 0.0F, 0.0F, 0.0F});
+    }
+    primitive.attributes["JOINTS_0"] = writer_.joints(joints);
+    primitive.attributes["WEIGHTS_0"] =
+        writer_.floats(weights, 4, TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER, false);
+
+    std::vector<float> inverse_bind;
+    for (const Frame frame : {Frame::head, Frame::torso}) {
+      const glm::vec3 p(-pivot(frame));
+      inverse_bind.insert(inverse_bind.end(), {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, p.x, p.y, p.z, 1});
+    }
+    tinygltf::Skin skin;
+    skin.name = "neck";
+    skin.joints = {frame_nodes_[index_of(Frame::head)], frame_nodes_[index_of(Frame::torso)]};
+    skin.skeleton = frame_nodes_[index_of(Frame::torso)];
+    skin.inverseBindMatrices = writer_.floats(inverse_bind, 16, TINYGLTF_TYPE_MAT4, 0, false);
+    model_.skins.push_back(std::move(skin));
+  }
+
+  void add_rigid_meshes() {
+    Names mesh_names;
+    mesh_names.unique("skin");
+    for (const RigidMesh& rigid : face_.rigid) {
+      tinygltf::Mesh mesh;
+      std::vector<glm::vec3> positions(rigid.positions.size());
+      const glm::dvec3 origin = pivot(rigid.frame);
+      for (std::size_t v = 0; v < positions.size(); ++v)
+        positions[v] = glm::vec3(glm::dvec3(rigid.positions[v]) - origin);
+      tinygltf::Primitive shared;
+      shared.mode = TINYGLTF_MODE_TRIANGLES;
+      bool written = false;
+      for (const Primitive& primitive : rigid.primitives) {
+        if (primitive.triangles.empty()) continue;
+        if (!written) {
+          shared.attributes["POSITION"] = writer_.vectors(positions, true);
+          shared.attributes["NORMAL"] = writer_.vectors(rigid.normals, false);
+          written = true;
+        }
+        tinygltf::Primitive p = shared;
+        p.material = static_cast<int>(primitive.material);
+        p.indices = writer_.triangles(primitive.triangles, positions.size());
+        mesh.primitives.push_back(std::move(p));
+      }
+      if (mesh.primitives.empty()) continue;
+      mesh.name = mesh_names.unique(rigid.name);
+      model_.meshes.push_back(std::move(mesh));
+      const int node = add_node(rigid.name, frame_nodes_[index_of(rigid.frame)], glm::dvec3(0.0));
+      model_.nodes[static_cast<std::size_t>(node)].mesh = static_cast<int>(model_.meshes.size()) - 1;
+    }
+  }
+
+  // Values of every channel; what the clip does not touch is at rest.
+  void evaluate_clip(const Clip& clip, std::int64_t time_ns) {
+    std::fill(values_.begin(), values_.end(), 0.0F);
+    program::evaluate(program_, clip, time_ns, values_);
+  }
+
+  void evaluate_motions(const Clip& clip, std::int64_t time_ns) {
+    evaluate_clip(clip, time_ns);
+    contractions(rig_, values_, pose_.contractions);
+    move_frames(rig_, values_, pose_.contractions, pose_);
+  }
+
+  // A frame that moves in one clip is set in all, or the next clip would begin where this one ended.
+  void find_moving_frames() {
+    for (const Clip* clip : clips_) {
+      for (const std::int64_t t : break_times(program_, *clip)) {
+        // A little after the knot too: a curve may leave rest and come back between two knots.
+        for (const std::int64_t later : {t, t + (clip->end_ns - t) / 97}) {
+          evaluate_motions(*clip, later);
+          for (std::size_t f = 0; f < kFrameCount; ++f) {
+            turns_[f] = turns_[f] || pose_.motions[f].rotation != glm::dquat(1.0, 0.0, 0.0, 0.0);
+            shifts_[f] = shifts_[f] || pose_.motions[f].translation != glm::dvec3(0.0);
+          }
+        }
+      }
+    }
+    // An animation needs at least one channel.
+    if (targets_.empty() && std::none_of(turns_.begin(), turns_.end(), [](bool b) { return b; }) &&
+        std::none_of(shifts_.begin(), shifts_.end(), [](bool b) { return b; })) {
+      turns_[index_of(Frame::head)] = true;
+    }
+  }
+
+  void add_animation(const Clip& clip) {
+    tinygltf::Animation animation;
+    animation.name = clip_names_.unique(program_.string(clip.name));
+    const std::vector<std::int64_t> breaks = break_times(program_, clip);
+
+    if (skin_node_ >= 0 && !targets_.empty()) {
+      const Keys keys = fit_keys(breaks, targets_.size(), Interpolation::linear, kWeightTolerance,
+                                 [&](std::int64_t t, std::span<float> out) {
+                                   evaluate_clip(clip, t);
+                                   for (std::size_t i = 0; i < targets_.size(); ++i) {
+                                     out[i] = std::max(values_[targets_[i].channel] * targets_[i].sign, 0.0F);
+                                   }
+                                 });
+      add_channel(animation, skin_node_, "weights", keys, 1, TINYGLTF_TYPE_SCALAR);
+    }
+    for (std::size_t f = 0; f < kFrameCount; ++f) {
+      if (turns_[f]) {
+        const Keys keys =
+            fit_keys(breaks, 4, Interpolation::slerp, kTurnTolerance, [&](std::int64_t t, std::span<float> out) {
+              evaluate_motions(clip, t);
+              const glm::dquat q = pose_.motions[f].rotation;
+              out[0] = static_cast<float>(q.x);
+              out[1] = static_cast<float>(q.y);
+              out[2] = static_cast<float>(q.z);
+              out[3] = static_cast<float>(q.w);
+            });
+        add_channel(animation, frame_nodes_[f], "rotation", keys, 4, TINYGLTF_TYPE_VEC4);
+      }
+      if (shifts_[f]) {
+        const glm::dvec3 rest = rest_translation(static_cast<Frame>(f));
+        const Keys keys =
+            fit_keys(breaks, 3, Interpolation::linear, kShiftTolerance, [&](std::int64_t t, std::span<float> out) {
+              evaluate_motions(clip, t);
+              const glm::vec3 p(rest + pose_.motions[f].translation);
+              out[0] = p.x;
+              out[1] = p.y;
+              out[2] = p.z;
+            });
+        add_channel(animation, frame_nodes_[f], "translation", keys, 3, TINYGLTF_TYPE_VEC3);
+      }
+    }
+    if (animation.channels.empty()) return;
+    static constexpr std::array<const char*, 6> kKinds{"pose",  "expression", "timeline",
+                                                       "entry", "utterance",  "discourse"};
+    animation.extras = tinygltf::Value(tinygltf::Value::Object{
+        {"kind", tinygltf::Value(std::string(kKinds[static_cast<std::size_t>(clip.kind)]))},
+        {"start_s", tinygltf::Value(static_cast<double>(clip.start_ns) / 1e9)},
+    });
+    model_.animations.push_back(std::move(animation));
+  }
+
+  void add_channel(tinygltf::Animation& animation, int node, const char* path, const Keys& keys, std::size_t width,
+                   int type) {
+    tinygltf::AnimationSampler sampler;
+    sampler.interpolation = "LINEAR";
+    // Tracks of one clip often share their moments.
+    const auto known = times_.find(keys.times);
+    if (known != times_.end()) {
+      sampler.input = known->second;
+    } else {
+      sampler.input = writer_.floats(keys.times, 1, TINYGLTF_TYPE_SCALAR, 0, true);
+      times_.emplace(keys.times, sampler.input);
+    }
+    sampler.output = writer_.floats(keys.values, width, type, 0, false);
+    tinygltf::AnimationChannel channel;
+    channel.sampler = static_cast<int>(animation.samplers.size());
+    channel.target_node = node;
+    channel.target_path = path;
+    animation.samplers.push_back(std::move(sampler));
+    animation.channels.push_back(std::move(channel));
+  }
+
+  tl::expected<std::vector<std::byte>, Failure> serialise() {
+    // The container counts in 32 bits; the JSON needs room too.
+    if (model_.buffers[0].data.size() > 0xF0000000U) {
+      return tl::unexpected(Failure{"too_large", "export", "the file would be larger than 4 GB", "export fewer clips"});
+    }
+    if (model_.buffers[0].data.empty()) {
+      return tl::unexpected(Failure{"empty_face", "export", "the face has no triangles", "give the face a surface"});
+    }
+    std::ostringstream stream;
+    tinygltf::TinyGLTF gltf;
+    const bool written = gltf.WriteGltfSceneToStream(&model_, stream, false, true);
+    const std::string text = stream.str();
+    if (!written || !stream.good() || !whole(text)) {
+      return tl::unexpected(
+          Failure{"gltf_writer", "export", "the glTF writer gave an incomplete file", "report this defect"});
+    }
+    std::vector<std::byte> bytes(text.size());
+    std::memcpy(bytes.data(), text.data(), text.size());
+    return bytes;
+  }
+
+  // The container's header and chunk lengths agree with what is there (glTF 2.0, 4.4).
+  bool whole(const std::string& text) const {
+    const auto word = [&](std::size_t at) {
+      std::uint32_t value = 0;
+      for (std::size_t i = 0; i < 4; ++i) {
+        value |= static_cast<std::uint32_t>(static_cast<unsigned char>(text[at + i])) << (8 * i);
+      }
+      return value;
+    };
+    if (text.size() < 28 || text.compare(0, 4, "glTF") != 0 || word(4) != 2 || word(8) != text.size()) return false;
+    const std::size_t json = word(12);
+    if (word(16) != 0x4E4F534AU || json % 4 != 0 || 20 + json + 8 > text.size()) return false;
+    const std::size_t bin = word(20 + json);
+    if (word(24 + json) != 0x004E4942U || 28 + json + bin != text.size()) return false;
+    const std::size_t data = model_.buffers[0].data.size();
+    return bin >= data && bin - data < 4;
+  }
+
+  const Face& face_;
+  const Rig& rig_;
+  const Program& program_;
+  const GltfOptions& options_;
+  tinygltf::Model model_;
+  Writer writer_;
+  Pose pose_;
+  std::vector<float> values_;  // one for each channel
+  std::vector<const Clip*> clips_;
+  std::vector<Target> targets_;
+  Names node_names_;
+  Names clip_names_;
+  std::array<int, kFrameCount> frame_nodes_{};
+  std::array<bool, kFrameCount> turns_{};
+  std::array<bool, kFrameCount> shifts_{};
+  std::map<std::vector<float>, int> times_;  // input accessors already written
+  int skin_node_ = -1;
+};
+
+}  // namespace
+
+tl::expected<std::vector<std::byte>, Failure> export_glb(const Face& face, const Rig& rig, const Program& program,
+                                                         const GltfOptions& options) {
+  // The library may throw (a name that is not UTF-8); no exception leaves this room.
+  try {
+    return Export(face, rig, program, options).run();
+  } catch (const std::exception& e) {
+    return tl::unexpected(Failure{"gltf_writer", "export", e.what(), "report this defect"});
+  }
+}
+
+}  // namespace nms::runtime
