@@ -128,6 +128,25 @@ TEST(evaluate, random_programs_are_exact_at_knots_and_in_range) {
   }
 }
 
+TEST(evaluate, has_the_same_bits_on_every_machine) {
+  std::uint64_t hash = 14695981039346656037U;  // FNV-1a
+  std::mt19937 random(6);
+  for (int i = 0; i < 20; ++i) {
+    const Image image = Image::from(random_draft(random)).value();
+    const Program& program = image.program();
+    std::vector<float> values(program.channels.size());
+    for (const Clip& clip : program.clips) {
+      for (std::int64_t time_ns = -1'000'000'000; time_ns < 1'000'000'000; time_ns += 1'234'567) {
+        evaluate(program, clip, time_ns, values);
+        for (const float value : values) {
+          hash = (hash ^ bits(value)) * 1099511628211U;
+        }
+      }
+    }
+  }
+  EXPECT_EQ(hash, 11863618454769124902U);
+}
+
 TEST(player, gives_the_same_bits_as_evaluate_whatever_the_order_of_times) {
   std::mt19937 random(2);
   for (int i = 0; i < 300; ++i) {

@@ -3,6 +3,8 @@
 #include <cstring>
 #include <string>
 
+#include <fmt/format.h>
+
 #include <nms/program/evaluate.h>
 #include <nms/program/text.h>
 
@@ -131,7 +133,7 @@ Draft random_draft(std::mt19937& random) {
   const std::uint32_t channel_count = 1 + below(12);
   for (std::uint32_t i = 0; i < channel_count; ++i) {
     Channel channel;
-    draft.strings.push_back("c" + std::to_string(i));
+    draft.strings.push_back(fmt::format("c{}", i));
     channel.name = StringId{static_cast<std::uint32_t>(draft.strings.size() - 1)};
     if (below(3) == 0) {
       channel.kind = ChannelKind::axis;
