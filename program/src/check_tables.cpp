@@ -52,7 +52,7 @@ class Checker {
   }
 
   [[nodiscard]] bool is_string(StringId id) const {
-    return static_cast<std::size_t>(id) + 1 < program_.string_begin.size();
+    return static_cast<std::size_t>(id) < program_.string_begin.size() - 1;  // no + 1: a size may have 32 bits
   }
   [[nodiscard]] bool is_channel(ChannelId id) const { return static_cast<std::size_t>(id) < program_.channels.size(); }
 

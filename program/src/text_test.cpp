@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "container.h"
+#include "enum_names.h"
 #include "test_programs.h"
 
 namespace nms::program {
@@ -134,6 +135,27 @@ TEST(text, that_is_not_a_programs_is_refused_with_its_line) {
   }
   EXPECT_FALSE(from_text("", "t"));
   EXPECT_FALSE(from_text("nms program 2\n", "t"));
+}
+
+template <typename Enum>
+void expect_names_lead_back() {
+  for (std::size_t i = 0; i < EnumNames<Enum>::kNames.size(); ++i) {
+    const auto value = static_cast<Enum>(i);
+    EXPECT_EQ(enum_from<Enum>(enum_name(value)), value) << enum_name(value);
+  }
+  EXPECT_EQ(enum_from<Enum>(""), std::nullopt);
+}
+
+TEST(text, names_each_enumerator_once) {
+  expect_names_lead_back<Side>();
+  expect_names_lead_back<ChannelKind>();
+  expect_names_lead_back<Motion>();
+  expect_names_lead_back<Frame>();
+  expect_names_lead_back<MergeOperator>();
+  expect_names_lead_back<ClipKind>();
+  expect_names_lead_back<MarkerKind>();
+  expect_names_lead_back<MuscleKind>();
+  expect_names_lead_back<Falloff>();
 }
 
 TEST(text, may_have_comments_blank_lines_and_windows_line_ends) {
