@@ -1,0 +1,52 @@
+#include <fmt/format.h>
+#include <nms/lang/parse.h>
+
+namespace nms::lang {
+namespace {
+
+// Printable on one line: other bytes as \xNN.
+void quote(std::string& out, std::string_view text) {
+  out += '\'';
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '\n')
+      out += "\\n";
+    else if (byte < 32 || byte == 127)
+      fmt::format_to(std::back_inserter(out), "\\x{:02X}", byte);
+    else
+      out += c;
+  }
+  out += '\'';
+}
+
+}  // namespace
+
+std::string dump(const Tree& tree) {
+  std::string out;
+  const std::vector<Node>& nodes = tree.nodes();
+  std::vector<std::uint32_t> ends;  // of the open ancestors
+  for (std::uint32_t i = 0; i < nodes.size(); ++i) {
+    const Node& n = nodes[i];
+    while (!ends.empty() && ends.back() <= i) ends.pop_back();
+    out.append(2 * ends.size(), ' ');
+    out += identifier(n.kind);
+    // Inner nodes whose words matter show them too.
+    const bool leaf = n.next == i + 1;
+    const bool worded = n.kind == NodeKind::anchor || n.kind == NodeKind::condition;
+    if ((leaf || worded) && n.end > n.begin) {
+      out += ' ';
+      quote(out, tree.source().slice({n.begin, n.end}));
+    }
+    if ((n.flags & kFlagStar) != 0) out += " *";
+    if ((n.flags & kFlagNamed) != 0) out += " named";
+    if ((n.flags & kFlagUnless) != 0) out += " unless";
+    if ((n.flags & kFlagNonDominant) != 0) out += " nd";
+    if ((n.flags & kFlagMinus) != 0) out += " minus";
+    if ((n.flags & kFlagError) != 0) out += " [error]";
+    out += '\n';
+    if (!leaf) ends.push_back(n.next);
+  }
+  return out;
+}
+
+}  // namespace nms::lang

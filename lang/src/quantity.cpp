@@ -1,0 +1,138 @@
+#include <nms/lang/quantity.h>
+
+#include <cmath>
+#include <string>
+#include <system_error>
+
+#include <fast_float/fast_float.h>
+
+namespace nms::lang {
+namespace {
+
+struct UnitRow {
+  std::string_view text;
+  Unit unit;
+  int exponent;  // of ten, to the base unit
+};
+constexpr UnitRow kUnits[] = {
+    {"", Unit::none, 0},     {"%", Unit::percent, -2}, {"s", Unit::time, 0},       {"ms", Unit::time, -3},
+    {"us", Unit::time, -6},  {"deg", Unit::angle, 0},  {"Hz", Unit::frequency, 0}, {"x", Unit::count, 0},
+    {"mm", Unit::length, 0}, {"cm", Unit::length, 1},
+};
+
+constexpr double kMost = 1e9;
+constexpr std::int64_t kMostNanoseconds = 1'000'000'000'000'000;  // 1e6 s
+
+// Digits times ten to the exponent, rounded once.
+double scaled(std::uint64_t digits, bool all_kept, std::string_view number, int decimals, int exponent) {
+  constexpr double kTens[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
+                              1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+  const int power = exponent - decimals;
+  // Both operands are exact, so that the one operation rounds correctly.
+  if (all_kept && digits <= (std::uint64_t{1} << 53U) && power >= -22 && power <= 22) {
+    const auto d = static_cast<double>(digits);
+    return power < 0 ? d / kTens[-power] : d * kTens[power];
+  }
+  std::string text(number);
+  text += 'e';
+  text += std::to_string(exponent);
+  double value = 0;
+  const auto r = fast_float::from_chars(text.data(), text.data() + text.size(), value);
+  return r.ec == std::errc() ? value : HUGE_VAL;
+}
+
+}  // namespace
+
+std::optional<Quantity> read_quantity(std::string_view text) {
+  bool negative = false;
+  if (!text.empty() && (text.front() == '-' || text.front() == '+')) {
+    negative = text.front() == '-';
+    text.remove_prefix(1);
+  }
+  std::size_t at = 0;
+  std::uint64_t digits = 0;
+  bool all_kept = true;
+  int decimals = 0;
+  bool point = false;
+  const auto is_digit = [&](std::size_t i) { return i < text.size() && text[i] >= '0' && text[i] <= '9'; };
+  if (!is_digit(0)) return std::nullopt;
+  for (;; ++at) {
+    if (is_digit(at)) {
+      const auto d = static_cast<unsigned>(text[at] - '0');
+      if (digits > (UINT64_MAX - 9) / 10)
+        all_kept = false;
+      else if (all_kept)
+        digits = digits * 10 + d;
+      if (point) ++decimals;
+    } else if (at < text.size() && text[at] == '.' && !point && is_digit(at + 1)) {
+      point = true;
+    } else {
+      break;
+    }
+  }
+  const std::string_view number = text.substr(0, at);
+  const std::string_view unit = text.substr(at);
+  const UnitRow* row = nullptr;
+  for (const UnitRow& u : kUnits)
+    if (u.text == unit) row = &u;
+  if (row == nullptr) return std::nullopt;
+
+  Quantity q;
+  q.unit = row->unit;
+  q.value = scaled(digits, all_kept, number, decimals, row->exponent);
+  if (!(q.value <= kMost)) return std::nullopt;
+  if (row->unit == Unit::time) {
+    // Whole nanoseconds from the decimal digits themselves: those before the cut, then half away from zero by the next.
+    const int shift = 9 + row->exponent;
+    std::int64_t ns = 0;
+    int seen_decimals = 0;
+    int round_digit = 0;
+    bool after_point = false;
+    bool rounded = false;
+    for (const char c : number) {
+      if (c == '.') {
+        after_point = true;
+        continue;
+      }
+      if (after_point && seen_decimals == shift) {
+        round_digit = c - '0';
+        rounded = true;
+        break;
+      }
+      ns = ns * 10 + (c - '0');
+      if (after_point) ++seen_decimals;
+      if (ns > kMostNanoseconds) return std::nullopt;
+    }
+    for (; seen_decimals < shift; ++seen_decimals) {
+      ns *= 10;
+      if (ns > kMostNanoseconds) return std::nullopt;
+    }
+    if (rounded && round_digit >= 5) ++ns;
+    if (ns > kMostNanoseconds) return std::nullopt;
+    q.nanoseconds = negative ? -ns : ns;
+  }
+  if (negative) q.value = -q.value;
+  return q;
+}
+
+std::string_view describe(Unit unit) {
+  switch (unit) {
+    case Unit::none:
+      return "a plain number (0.5)";
+    case Unit::percent:
+      return "a share (60%)";
+    case Unit::time:
+      return "a time (250ms)";
+    case Unit::angle:
+      return "an angle (15deg)";
+    case Unit::frequency:
+      return "a frequency (2Hz)";
+    case Unit::count:
+      return "a count (3x)";
+    case Unit::length:
+      return "a length (8mm)";
+  }
+  return "";
+}
+
+}  // namespace nms::lang

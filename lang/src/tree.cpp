@@ -1,0 +1,29 @@
+#include <nms/lang/tree.h>
+
+namespace nms::lang {
+
+std::string_view describe(NodeKind kind) {
+  switch (kind) {
+#define NMS_X(kind, text) \
+  case NodeKind::kind:    \
+    return text;
+    NMS_NODE_KINDS(NMS_X)
+#undef NMS_X
+  }
+  return "";
+}
+
+std::string_view identifier(NodeKind kind) {
+  // `else_` is spelt so for C++ only.
+  if (kind == NodeKind::else_) return "else";
+  switch (kind) {
+#define NMS_X(kind, text) \
+  case NodeKind::kind:    \
+    return #kind;
+    NMS_NODE_KINDS(NMS_X)
+#undef NMS_X
+  }
+  return "";
+}
+
+}  // namespace nms::lang
