@@ -162,8 +162,9 @@ bool Checker::channel(std::size_t index) {
       !is_enumerator(channel.frame) || !is_zero(channel.zero)) {
     return refuse("channels", index, "its kind, side, motion, frame or filling is out of range");
   }
-  if (!is_within(channel.full_scale, 0.0F, kLargest)) {
-    return refuse("channels", index, fmt::format("its full scale is {}; it should be 0 or more", channel.full_scale));
+  // Negative where the positive unit goes against the right-hand rule: head up is a turn about -x.
+  if (!is_finite(channel.full_scale)) {
+    return refuse("channels", index, "its full scale is not a finite number");
   }
   const bool has_pair = channel.positive != StringId{} && channel.negative != StringId{};
   const bool has_neither = channel.positive == StringId{} && channel.negative == StringId{};

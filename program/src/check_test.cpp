@@ -282,7 +282,7 @@ TEST(check, refuses_every_broken_table_by_its_place) {
       {"channels[4]", [](Draft& d) { d.channels[4].negative = StringId{}; }},
       {"channels[4]", [](Draft& d) { d.channels[4].side = Side::left; }},
       {"channels[4]", [&](Draft& d) { d.channels[4].full_scale = kNan; }},
-      {"channels[4]", [](Draft& d) { d.channels[4].full_scale = -1; }},
+      {"channels[1]", [](Draft& d) { d.channels[1].full_scale = -1; }},
       {"channels[1]", [](Draft& d) { d.channels[1].track = 3; }},
       {"channels[1]", [](Draft& d) { d.channels[1].kind = static_cast<ChannelKind>(2); }},
       {"channels[1]", [](Draft& d) { d.channels[1].side = static_cast<Side>(3); }},
