@@ -1,0 +1,220 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nms/lang/diagnostic.h>
+
+/// What can be wrong with the meaning of a source. Facts in fields; the words stand in diagnostic_kinds.cpp.
+namespace nms::compiler {
+
+/// Every kind: X(Struct, kind, severity). A golden test holds that each is shown by some file.
+// clang-format off
+#define NMS_COMPILER_DIAGNOSTICS(X)                       \
+  X(UseNotFound, use_not_found, error)                    \
+  X(UseCycle, use_cycle, error)                           \
+  X(DuplicateName, duplicate_name, error)                 \
+  X(UnknownName, unknown_name, error)                     \
+  X(UnknownActionUnit, unknown_action_unit, error)        \
+  X(UnknownSide, unknown_side, error)                     \
+  X(WrongKind, wrong_kind, error)                         \
+  X(RecursiveDefinition, recursive_definition, error)     \
+  X(UnitMismatch, unit_mismatch, error)                   \
+  X(UnexpectedArgument, unexpected_argument, error)       \
+  X(MissingArgument, missing_argument, error)             \
+  X(NotCompiled, not_compiled, error)                     \
+  X(BadFacsString, bad_facs_string, error)                \
+  X(StepsNotWhole, steps_not_whole, error)                \
+  X(MissingDuration, missing_duration, error)             \
+  X(UnknownSign, unknown_sign, error)                     \
+  X(AmbiguousSign, ambiguous_sign, error)                 \
+  X(SpanBackwards, span_backwards, error)                 \
+  X(SpanTooShort, span_too_short, error)                  \
+  X(NoSigns, no_signs, error)                             \
+  X(SignTimes, sign_times, error)                         \
+  X(MissingLexicon, missing_lexicon, error)               \
+  X(UnknownProperty, unknown_property, error)             \
+  X(BadProperty, bad_property, error)                     \
+  X(MissingProperty, missing_property, error)             \
+  X(OutOfRange, out_of_range, error)                      \
+  X(TooLarge, too_large, error)                           \
+  X(PhasesShrunk, phases_shrunk, warning)                 \
+  X(RateChanged, rate_changed, warning)                   \
+  X(OutlastsTimeline, outlasts_timeline, warning)         \
+  X(Saturated, saturated, warning)
+// clang-format on
+
+#define NMS_KIND(kind_, severity_)                                          \
+  static constexpr std::string_view kKind = #kind_;                         \
+  static constexpr lang::Severity kSeverity = lang::Severity::severity_;    \
+  [[nodiscard]] lang::Description describe() const
+
+/// A `use` names a file that is neither beside the using file nor in the stdlib.
+struct UseNotFound {
+  NMS_KIND(use_not_found, error);
+  std::string path;
+};
+/// Files use one another in a circle.
+struct UseCycle {
+  NMS_KIND(use_cycle, error);
+  std::string path;
+};
+/// Two declarations of one kind share a name. Label: the first one.
+struct DuplicateName {
+  NMS_KIND(duplicate_name, error);
+  std::string what;
+  std::string name;
+};
+struct UnknownName {
+  NMS_KIND(unknown_name, error);
+  std::string what;  ///< what kind of thing was looked for: "pose, expression or motion"
+  std::string name;
+  std::vector<std::string> nearest;
+};
+struct UnknownActionUnit {
+  NMS_KIND(unknown_action_unit, error);
+  std::string name;
+  std::vector<std::string> nearest;
+};
+/// A side is asked of an AU that has none.
+struct UnknownSide {
+  NMS_KIND(unknown_side, error);
+  std::string name;
+  std::string unit;
+};
+/// A name stands where something of another kind is needed.
+struct WrongKind {
+  NMS_KIND(wrong_kind, error);
+  std::string name;
+  std::string found;     ///< "an expression"
+  std::string expected;  ///< "a pose"
+  std::string help;
+};
+struct RecursiveDefinition {
+  NMS_KIND(recursive_definition, error);
+  std::string name;
+};
+struct UnitMismatch {
+  NMS_KIND(unit_mismatch, error);
+  std::string text;
+  std::string found;
+  std::string expected;
+};
+struct UnexpectedArgument {
+  NMS_KIND(unexpected_argument, error);
+  std::string name;      ///< of what is called
+  std::string argument;
+  std::vector<std::string> parameters;
+};
+struct MissingArgument {
+  NMS_KIND(missing_argument, error);
+  std::string name;
+  std::string parameter;
+};
+/// A construct that parses but has no meaning yet: refused, never ignored.
+struct NotCompiled {
+  NMS_KIND(not_compiled, error);
+  std::string construct;
+};
+struct BadFacsString {
+  NMS_KIND(bad_facs_string, error);
+  std::string text;
+  std::string reason;
+};
+struct StepsNotWhole {
+  NMS_KIND(steps_not_whole, error);
+  std::string sum;
+  std::string whole;
+};
+struct MissingDuration {
+  NMS_KIND(missing_duration, error);
+  std::string name;
+};
+struct UnknownSign {
+  NMS_KIND(unknown_sign, error);
+  std::string name;
+  std::vector<std::string> nearest;
+};
+struct AmbiguousSign {
+  NMS_KIND(ambiguous_sign, error);
+  std::string name;
+  std::vector<std::string> candidates;
+};
+struct SpanBackwards {
+  NMS_KIND(span_backwards, error);
+  std::string start;
+  std::string end;
+};
+/// Lead and lag leave nothing of a span.
+struct SpanTooShort {
+  NMS_KIND(span_too_short, error);
+  std::string length;
+};
+struct NoSigns {
+  NMS_KIND(no_signs, error);
+  std::string needed_by;
+};
+struct SignTimes {
+  NMS_KIND(sign_times, error);
+  std::string sign;
+  std::string reason;
+};
+struct MissingLexicon {
+  NMS_KIND(missing_lexicon, error);
+  std::string name;
+  std::vector<std::string> nearest;
+};
+struct UnknownProperty {
+  NMS_KIND(unknown_property, error);
+  std::string name;
+  std::string of;
+  std::vector<std::string> known;
+};
+struct BadProperty {
+  NMS_KIND(bad_property, error);
+  std::string name;
+  std::string found;
+  std::string expected;
+};
+struct MissingProperty {
+  NMS_KIND(missing_property, error);
+  std::string name;
+  std::string of;
+};
+struct OutOfRange {
+  NMS_KIND(out_of_range, error);
+  std::string text;
+  std::string range;
+};
+struct TooLarge {
+  NMS_KIND(too_large, error);
+  std::string what;
+  std::string limit;
+};
+struct PhasesShrunk {
+  NMS_KIND(phases_shrunk, warning);
+  std::string what;
+  std::string wanted;
+  std::string room;
+};
+struct RateChanged {
+  NMS_KIND(rate_changed, warning);
+  std::string what;
+  std::string wanted;
+  std::string used;
+};
+struct OutlastsTimeline {
+  NMS_KIND(outlasts_timeline, warning);
+  std::string end;
+  std::string length;
+};
+struct Saturated {
+  NMS_KIND(saturated, warning);
+  std::string channel;
+  std::string sum;
+};
+
+#undef NMS_KIND
+
+}  // namespace nms::compiler

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include <nms/program/records.h>
+
+namespace nms::compiler {
+
+/// An action unit as FACS coders write it: number, side, intensity letter.
+struct ActionUnit {
+  std::uint16_t number = 0;
+  program::Side side = program::Side::none;
+  double intensity = 1.0;  ///< letters A to E are equal fifths: 0.2, 0.4 ... 1; no letter is 1
+};
+
+/// Reads `AU12`, `AU14RC`, `AU20LB`, `LAU12`. Nothing for anything else.
+[[nodiscard]] std::optional<ActionUnit> read_action_unit(std::string_view text);
+
+/// Reads one unit of a FACS string: `12`, `5B`, `L20B`, `R12A`, `20LB`.
+[[nodiscard]] std::optional<ActionUnit> read_facs_unit(std::string_view text);
+
+}  // namespace nms::compiler

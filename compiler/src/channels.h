@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include <nms/lang/quantity.h>
+#include <nms/program/records.h>
+
+#include "declarations.h"
+
+namespace nms::compiler {
+
+/// A track with the phase lengths that stdlib gives it.
+struct TrackInfo {
+  std::string name;
+  program::MergeOperator merge = program::MergeOperator::strongest;
+  std::int64_t onset_ns = 0;
+  std::int64_t offset_ns = 0;
+};
+
+struct ChannelInfo {
+  std::string name;
+  std::string title;
+  std::string positive, negative;  ///< of an axis
+  std::uint32_t track = 0;
+  program::ChannelKind kind = program::ChannelKind::action_unit;
+  program::Side side = program::Side::none;
+  program::Motion motion = program::Motion::none;
+  program::Frame frame = program::Frame::none;
+  std::uint16_t au = 0;
+  double full_scale = 0.0;              ///< of an axis, in `unit`: degrees or millimetres; may be negative
+  lang::Unit unit = lang::Unit::none;
+
+  [[nodiscard]] bool is_axis() const { return kind == program::ChannelKind::axis; }
+  [[nodiscard]] double low() const { return is_axis() ? -1.0 : 0.0; }
+};
+
+/// Where an AU's value goes: its channel or channels, and the sign on an axis.
+struct UnitInfo {
+  std::uint16_t number = 0;
+  bool sided = false;
+  std::uint32_t channel = 0;  ///< unsided, or an axis; sided: the left one, the right one follows it
+  double sign = 1.0;
+  Declaration declaration;
+};
+
+/// All channels there are, in the program's order: AUs by number, left before right, then axes by their first AU.
+struct Channels {
+  std::vector<TrackInfo> tracks;
+  std::vector<ChannelInfo> channels;
+  std::vector<UnitInfo> units;  ///< by number
+
+  [[nodiscard]] const UnitInfo* find_unit(std::uint32_t number) const;
+  /// Index of the axis of that name, or kUnreachable.
+  [[nodiscard]] std::uint32_t find_axis(std::string_view name) const;
+  [[nodiscard]] std::vector<std::string> unit_names() const;
+};
+
+/// Checks tracks, AUs and axes. Where several files declare one name, the first in use counts.
+[[nodiscard]] Channels build_channels(const std::vector<LoadedFile>& files, const Declarations& declarations,
+                                      lang::Diagnostics& diagnostics);
+
+}  // namespace nms::compiler

@@ -1,0 +1,127 @@
+#include <nms/compiler/compile.h>
+
+#include <algorithm>
+#include <string>
+
+#include <fmt/format.h>
+
+#include <nms/compiler/diagnostic_kinds.h>
+
+#include "channels.h"
+#include "declarations.h"
+#include "emit.h"
+#include "load_sources.h"
+#include "lower_clip.h"
+#include "merge.h"
+#include "movement.h"
+#include "rig.h"
+
+namespace nms::compiler {
+
+using lang::NodeKind;
+using lang::NodeRef;
+
+namespace {
+
+constexpr std::size_t kMaxKnots = 20'000'000;
+
+/// Poses and motions make no clip; they are worked out once all the same, so that what is wrong is found where it is.
+void check_movement(const Declaration& d, Evaluator& evaluator) {
+  Scope outer;
+  outer.file = d.file;
+  const NodeRef params = d.node.child(NodeKind::params);
+  if (params)  // a parameter without a default has no value to try
+    for (NodeRef p : params.children())
+      if (p.is(NodeKind::param) && !p.at(1)) return;
+  const auto scope = evaluator.bind({}, false, d.name, params, d.file, outer);
+  if (!scope) return;
+  const auto movement = evaluator.declaration(d, *scope);
+  if (!movement || d.node.kind() != NodeKind::pose) return;
+  for (const Amount& a : movement->pose) {
+    const ChannelInfo& c = evaluator.channels().channels[a.channel];
+    if (a.value > 1.0 + 1e-9 || a.value < c.low() - 1e-9)
+      evaluator.report(outer, d.node.child(NodeKind::name), Saturated{c.name, fmt::format("{:.4g}%", a.value * 100.0)});
+  }
+}
+
+/// Declarations that parse and have no meaning yet are refused, each by name.
+void refuse(const LoadedFile& file, Evaluator& evaluator) {
+  Scope scope;
+  for (NodeRef d : file.tree->root().children()) {
+    if (d.is(NodeKind::discourse)) evaluator.report(scope, d.child(NodeKind::name), NotCompiled{"a discourse"});
+    if (d.is(NodeKind::test)) evaluator.report(scope, d.child(NodeKind::string), NotCompiled{"a test"});
+    if (!d.is(NodeKind::lexicon)) continue;
+    for (NodeRef part : d.children())
+      if (part.is(NodeKind::combine)) evaluator.report(scope, part, NotCompiled{"combine"});
+  }
+}
+
+struct ClipSource {
+  const Declaration* declaration;
+  std::optional<ClipDraft> (*lower)(const Declaration&, Evaluator&);
+};
+
+/// All that becomes a clip, in the order it is declared, file by file.
+std::vector<ClipSource> clip_sources(const std::vector<LoadedFile>& files, const Declarations& all) {
+  std::vector<ClipSource> out;
+  for (const Declaration& d : all.movements)
+    if (files[d.file].root && d.node.is(NodeKind::expression)) out.push_back({&d, &lower_expression});
+  for (const Declaration& d : all.clips) {
+    if (!files[d.file].root) continue;
+    if (d.node.is(NodeKind::timeline)) out.push_back({&d, &lower_timeline});
+    if (d.node.is(NodeKind::utterance)) out.push_back({&d, &lower_utterance});
+  }
+  for (const Declaration& d : all.entries)
+    if (files[d.file].root) out.push_back({&d, &lower_entry});
+  std::stable_sort(out.begin(), out.end(), [](const ClipSource& a, const ClipSource& b) {
+    return a.declaration->file != b.declaration->file ? a.declaration->file < b.declaration->file
+                                                      : a.declaration->node.index() < b.declaration->node.index();
+  });
+  return out;
+}
+
+}  // namespace
+
+std::optional<program::Draft> compile(const std::vector<std::shared_ptr<const lang::Source>>& roots,
+                                      lang::SourceProvider& provider, lang::Diagnostics& diagnostics,
+                                      const CompileOptions& options) {
+  std::vector<LoadedFile> files = load_sources(roots, provider, diagnostics);
+  const Declarations declarations = Declarations::collect(files, provider, diagnostics);
+  const Channels channels = build_channels(files, declarations, diagnostics);
+  Evaluator evaluator(files, declarations, channels, diagnostics);
+  Emitter emitter;
+  emitter.channels(channels);
+  build_rig(options.face, evaluator, emitter);
+
+  for (const Declaration& d : declarations.movements)
+    if (files[d.file].root) check_movement(d, evaluator);
+  for (const LoadedFile& f : files)
+    if (f.root) refuse(f, evaluator);
+
+  std::vector<std::string> names;
+  for (const ClipSource& source : clip_sources(files, declarations)) {
+    const Declaration& d = *source.declaration;
+    std::optional<ClipDraft> clip = source.lower(d, evaluator);
+    if (!clip) continue;
+    // Clips are named in files and players: one name, one clip. An entry gives way and takes its lexicon's name along.
+    if (std::find(names.begin(), names.end(), clip->name) != names.end()) {
+      if (clip->kind == program::ClipKind::entry)
+        clip->name = fmt::format("{}_{}", declarations.lexicons[d.lexicon].declaration.name, clip->name);
+      if (std::find(names.begin(), names.end(), clip->name) != names.end()) {
+        evaluator.report({}, d.node.child(NodeKind::name), DuplicateName{"clip", clip->name});
+        continue;
+      }
+    }
+    names.push_back(clip->name);
+    emitter.clip(*clip, merge(*clip, channels), channels);
+    if (emitter.draft.knots.size() > kMaxKnots) {
+      evaluator.report({}, d.node, TooLarge{"the program", fmt::format("{} knots", kMaxKnots)});
+      break;
+    }
+  }
+  if (diagnostics.error_count() != 0) return std::nullopt;
+  program::order_plays(emitter.draft);
+  return std::move(emitter.draft);
+}
+
+}  // namespace nms::compiler

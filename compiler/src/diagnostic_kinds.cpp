@@ -1,0 +1,213 @@
+#include <nms/compiler/diagnostic_kinds.h>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace nms::compiler {
+namespace {
+
+using lang::Description;
+
+std::string joined(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, ", ")); }
+
+void offer(Description& d, const std::vector<std::string>& nearest) {
+  if (nearest.empty()) return;
+  d.helps.push_back(fmt::format("did you mean {}?", fmt::join(nearest, " or ")));
+  d.fields.push_back({"nearest", fmt::format("{}", fmt::join(nearest, " "))});
+}
+
+}  // namespace
+
+Description UseNotFound::describe() const {
+  return {fmt::format("there is no file \"{}\"", path),
+          {"a use names a file beside this one, or one of the stdlib: use \"lexicons/asl.nms\""},
+          {{"path", path}}};
+}
+
+Description UseCycle::describe() const {
+  return {fmt::format("\"{}\" is in use of itself", path),
+          {"move what both files need into a third file, and use that from both"},
+          {{"path", path}}};
+}
+
+Description DuplicateName::describe() const {
+  return {fmt::format("there is already a {} named {}", what, name),
+          {"rename one of the two, or remove it"},
+          {{"what", what}, {"name", name}}};
+}
+
+Description UnknownName::describe() const {
+  Description d{fmt::format("there is no {} named {}", what, name), {}, {{"what", what}, {"name", name}}};
+  offer(d, nearest);
+  return d;
+}
+
+Description UnknownActionUnit::describe() const {
+  Description d{fmt::format("FACS has no {}", name), {}, {{"name", name}}};
+  if (!nearest.empty()) {
+    d.helps.push_back(fmt::format("the nearest are {}", fmt::join(nearest, " and ")));
+    d.fields.push_back({"nearest", fmt::format("{}", fmt::join(nearest, " "))});
+  }
+  return d;
+}
+
+Description UnknownSide::describe() const {
+  return {fmt::format("{} names a side, but {} has none", name, unit),
+          {fmt::format("write {}: it moves both sides at once", unit)},
+          {{"name", name}, {"unit", unit}}};
+}
+
+Description WrongKind::describe() const {
+  Description d{fmt::format("{} is {}, and {} is needed here", name, found, expected),
+                {},
+                {{"name", name}, {"found", found}, {"expected", expected}}};
+  if (!help.empty()) d.helps.push_back(help);
+  return d;
+}
+
+Description RecursiveDefinition::describe() const {
+  return {fmt::format("{} is made of itself", name),
+          {"a definition may use only things that do not use it in turn"},
+          {{"name", name}}};
+}
+
+Description UnitMismatch::describe() const {
+  return {fmt::format("{} is {}, and {} is needed here", text, found, expected),
+          {},
+          {{"text", text}, {"found", found}, {"expected", expected}}};
+}
+
+Description UnexpectedArgument::describe() const {
+  Description d{fmt::format("{} has no parameter for {}", name, argument), {}, {{"name", name}, {"argument", argument}}};
+  d.helps.push_back(parameters.empty() ? fmt::format("{} takes no arguments", name)
+                                       : fmt::format("its parameters are {}", joined(parameters)));
+  return d;
+}
+
+Description MissingArgument::describe() const {
+  return {fmt::format("{} needs a value for {}", name, parameter),
+          {fmt::format("give one, as in {}({} = ...), or give the parameter a default", name, parameter)},
+          {{"name", name}, {"parameter", parameter}}};
+}
+
+Description NotCompiled::describe() const {
+  return {fmt::format("{} is understood but not yet compiled", construct),
+          {"remove it: nothing that is written may be ignored"},
+          {{"construct", construct}}};
+}
+
+Description BadFacsString::describe() const {
+  return {fmt::format("\"{}\" in a FACS string {}", text, reason),
+          {"write units joined by +, each with an optional side and intensity: \"1C+2C+L20B\""},
+          {{"text", text}, {"reason", reason}}};
+}
+
+Description StepsNotWhole::describe() const {
+  return {fmt::format("the steps come to {} of {}", sum, whole),
+          {"the shares of all steps, and the times of those that have their own, must make up the whole"},
+          {{"sum", sum}, {"whole", whole}}};
+}
+
+Description MissingDuration::describe() const {
+  return {fmt::format("{} has no length of its own", name),
+          {fmt::format("say how long: `{0} over SPAN`, `{0} at POINT for 600ms`, or give it a length where it is declared",
+                       name)},
+          {{"name", name}}};
+}
+
+Description UnknownSign::describe() const {
+  Description d{fmt::format("{} is not signed in this utterance", name), {}, {{"name", name}}};
+  offer(d, nearest);
+  return d;
+}
+
+Description AmbiguousSign::describe() const {
+  return {fmt::format("{} is signed more than once", name),
+          {fmt::format("it stands at {}: name one with `as`, as in {}@0s..0.3s as n1", joined(candidates), name)},
+          {{"name", name}, {"candidates", joined(candidates)}}};
+}
+
+Description SpanBackwards::describe() const {
+  return {fmt::format("the span ends at {}, before it starts at {}", end, start),
+          {"write the earlier end first"},
+          {{"start", start}, {"end", end}}};
+}
+
+Description SpanTooShort::describe() const {
+  return {fmt::format("lead and lag leave {} of the span", length),
+          {"shorten the negative lead or lag, or lengthen the span"},
+          {{"length", length}}};
+}
+
+Description NoSigns::describe() const {
+  return {fmt::format("{} needs signs, and there are none here", needed_by),
+          {"write them in `signs { ... }`, or place it at a time: `at 0.2s for 600ms`"},
+          {{"needed_by", needed_by}}};
+}
+
+Description SignTimes::describe() const {
+  return {fmt::format("the times of {} {}", sign, reason),
+          {"write SIGN@START..END, or SIGN@START..END~HELD, with START < END <= HELD, and signs in order of time; give "
+           "every sign a time, or none"},
+          {{"sign", sign}, {"reason", reason}}};
+}
+
+Description MissingLexicon::describe() const {
+  Description d{fmt::format("there is no lexicon named {}", name), {}, {{"name", name}}};
+  offer(d, nearest);
+  d.helps.push_back("use the file that declares it: use \"my_lexicon.nms\"");
+  return d;
+}
+
+Description UnknownProperty::describe() const {
+  Description d{fmt::format("{} has no property {}", of, name), {}, {{"name", name}, {"of", of}}};
+  offer(d, lang::nearest(name, known));
+  if (!known.empty()) d.helps.push_back(fmt::format("its properties are {}", joined(known)));
+  return d;
+}
+
+Description BadProperty::describe() const {
+  return {fmt::format("{} is given {}, and takes {}", name, found, expected),
+          {},
+          {{"name", name}, {"found", found}, {"expected", expected}}};
+}
+
+Description MissingProperty::describe() const {
+  return {fmt::format("{} needs {}", of, name), {}, {{"name", name}, {"of", of}}};
+}
+
+Description OutOfRange::describe() const {
+  return {fmt::format("{} is outside {}", text, range), {}, {{"text", text}, {"range", range}}};
+}
+
+Description TooLarge::describe() const {
+  return {fmt::format("{} is over the limit of {}", what, limit),
+          {"split the source, or ask for less"},
+          {{"what", what}, {"limit", limit}}};
+}
+
+Description PhasesShrunk::describe() const {
+  return {fmt::format("the onset of {} wants {} and has {}: its phases are shortened in proportion", what, wanted, room),
+          {"lengthen the span, add a lead, or write a shorter onset"},
+          {{"what", what}, {"wanted", wanted}, {"room", room}}};
+}
+
+Description RateChanged::describe() const {
+  return {fmt::format("{} takes whole cycles: its rate is {} instead of {}", what, used, wanted),
+          {"lengthen the span, or write the rate that it has room for"},
+          {{"what", what}, {"wanted", wanted}, {"used", used}}};
+}
+
+Description OutlastsTimeline::describe() const {
+  return {fmt::format("this goes on until {}, past the timeline's {}", end, length),
+          {"the clip is made longer; write the longer length, or place this earlier"},
+          {{"end", end}, {"length", length}}};
+}
+
+Description Saturated::describe() const {
+  return {fmt::format("{} adds up to {} and is held at 100%", channel, sum),
+          {},
+          {{"channel", channel}, {"sum", sum}}};
+}
+
+}  // namespace nms::compiler

@@ -1,0 +1,423 @@
+#include "lower_clip.h"
+
+#include <algorithm>
+#include <string>
+
+#include <fmt/format.h>
+
+#include <nms/compiler/diagnostic_kinds.h>
+
+#include "lower_entry.h"
+
+namespace nms::compiler {
+
+using lang::NodeKind;
+using lang::NodeRef;
+using lang::Unit;
+
+namespace {
+
+/// Carriers of an entry that is played alone: median lengths of what it spreads over (NCSLGR corpus): content
+/// questions 1300 ms, negated phrases 1033 ms, topics 633 ms, utterance-final signs 400 ms.
+std::int64_t carrier_ns(const Declaration& entry) {
+  const std::string_view spreads = spreading_of(entry);
+  if (spreads == "clause") return 1'300'000'000;
+  if (spreads == "phrase") return 1'033'000'000;
+  if (spreads == "topic") return 633'000'000;
+  return 400'000'000;
+}
+
+Scope default_scope(const Declaration& d, Evaluator& evaluator, bool& good) {
+  Scope outer;
+  outer.file = d.file;
+  auto bound = evaluator.bind({}, false, d.name, d.node.child(NodeKind::params), d.file, outer);
+  good = bound.has_value();
+  return good ? *bound : outer;
+}
+
+void finish_extent(ClipDraft& clip) {
+  for (const Contribution& c : clip.contributions) {
+    clip.start_ns = std::min(clip.start_ns, c.curve.knots.empty() ? c.start_ns : c.curve.knots.front().time_ns);
+    clip.end_ns = std::max(clip.end_ns, c.curve.knots.empty() ? c.end_ns : c.curve.knots.back().time_ns);
+  }
+}
+
+/// An utterance while it is lowered.
+class UtteranceLowering {
+ public:
+  UtteranceLowering(const Declaration& d, Evaluator& evaluator) : d_(d), evaluator_(evaluator) { scope_.file = d.file; }
+
+  std::optional<ClipDraft> run() {
+    clip_.name = d_.name;
+    clip_.kind = program::ClipKind::utterance;
+    if (!find_lexicon()) return std::nullopt;
+    read_properties();
+    tier_ = build_manual_tier(d_.node, scope_, evaluator_);
+    whole_ = Span{0, 0, kUnreachable, kUnreachable};
+    if (!tier_.empty()) {
+      whole_ = {tier_.signs.front().start_ns, 0, 0, tier_.dominant_count - 1};
+      for (std::uint32_t i = 0; i < tier_.dominant_count; ++i)
+        whole_.end_ns = std::max(whole_.end_ns, tier_.signs[i].end_ns);
+    }
+    find_topics();
+    sign_markers();
+    for (const Bracket& b : tier_.brackets) bracket(b);
+    fire_for_signs();
+    for (NodeRef item : d_.node.children()) {
+      switch (item.kind()) {
+        case NodeKind::placement: placement(item); break;
+        case NodeKind::when: evaluator_.report(scope_, item, NotCompiled{"when"}); break;
+        case NodeKind::optional: evaluator_.report(scope_, item, NotCompiled{"optional"}); break;
+        case NodeKind::one_of: evaluator_.report(scope_, item, NotCompiled{"one of"}); break;
+        default: break;
+      }
+    }
+    for (const Sign& s : tier_.signs) {
+      clip_.start_ns = std::min(clip_.start_ns, s.start_ns);
+      clip_.end_ns = std::max(clip_.end_ns, s.end_ns);
+    }
+    finish_extent(clip_);
+    return std::move(clip_);
+  }
+
+ private:
+  bool find_lexicon() {
+    const NodeRef in = d_.node.child(NodeKind::in);
+    const NodeRef name = in ? in.child(NodeKind::name) : NodeRef();
+    if (!name) return true;
+    lexicon_ = evaluator_.declarations().find_lexicon(name.text());
+    if (lexicon_ != kUnreachable) return true;
+    std::vector<std::string> known;
+    for (const LexiconDeclaration& l : evaluator_.declarations().lexicons) known.emplace_back(l.declaration.name);
+    evaluator_.report(scope_, name, MissingLexicon{std::string(name.text()), lang::nearest(name.text(), known)});
+    return false;
+  }
+
+  void read_properties() {
+    for (NodeRef p : d_.node.children()) {
+      if (!p.is(NodeKind::property)) continue;
+      const std::string_view name = p.at(0).text();
+      const NodeRef value = p.at(1);
+      if (name == "signer") {
+        const std::string_view word = value ? value.text() : std::string_view();
+        if (word == "left_handed") scope_.left_handed = true;
+        else if (word != "right_handed")
+          evaluator_.report(scope_, value ? value : p, BadProperty{"signer", std::string(word), "left_handed or right_handed"});
+      } else if (name != "source" && name != "meaning") {
+        evaluator_.report(scope_, p.at(0),
+                          UnknownProperty{std::string(name), "an utterance", {"signer", "source", "meaning"}});
+      }
+    }
+  }
+
+  Span bracket_span(const Bracket& b) const {
+    Span s{tier_.signs[b.first].start_ns, tier_.signs[b.first].end_ns, b.first, b.last};
+    for (std::uint32_t i = b.first; i <= b.last; ++i) s.end_ns = std::max(s.end_ns, tier_.signs[i].end_ns);
+    return s;
+  }
+
+  const Declaration* entry(std::string_view name) const {
+    return lexicon_ == kUnreachable ? nullptr : evaluator_.declarations().find_entry(name, lexicon_);
+  }
+
+  /// Signs that are a topic: in a bracket `topic[ ]` or one whose entry spreads over topics, or under `topic over SPAN`.
+  void find_topics() {
+    in_topic_.assign(tier_.signs.size(), false);
+    for (const Bracket& b : tier_.brackets) {
+      if (b.empty) continue;
+      const Declaration* e = entry(b.label);
+      if (b.label == "topic" || (e != nullptr && spreading_of(*e) == "topic"))
+        for (std::uint32_t i = b.first; i <= b.last; ++i) in_topic_[i] = true;
+    }
+    for (NodeRef item : d_.node.children()) {
+      if (!item.is(NodeKind::placement)) continue;
+      const NodeRef over = item.child(NodeKind::over);
+      const Declaration* e = over ? used_entry(item).first : nullptr;
+      if (e == nullptr || spreading_of(*e) != "topic") continue;
+      PlacementContext context{&tier_, whole_};
+      Placer placer(evaluator_, scope_, context);
+      const auto span = placer.over(over);
+      if (span && span->has_signs())
+        for (std::uint32_t i = span->first_sign; i <= span->last_sign; ++i) in_topic_[i] = true;
+    }
+  }
+
+  /// The entry that a placement uses, if its sum is nothing but one entry's name or call; and the call.
+  std::pair<const Declaration*, NodeRef> used_entry(NodeRef item) const {
+    const NodeRef sum = item.child(NodeKind::sum);
+    const NodeRef term = sum ? sum.at(0) : NodeRef();
+    if (!term || sum.at(1) || term.at(1) || term.has(lang::kFlagMinus)) return {nullptr, {}};
+    const NodeRef primary = term.at(0);
+    if (primary.is(NodeKind::name)) return {entry(primary.text()), {}};
+    if (primary.is(NodeKind::call) && primary.at(0)) return {entry(primary.at(0).text()), primary};
+    return {nullptr, {}};
+  }
+
+  void sign_markers() {
+    for (const Sign& s : tier_.signs) {
+      const std::string name(s.alias.empty() ? s.gloss : s.alias);
+      clip_.markers.push_back({s.start_ns, name, program::MarkerKind::sign_start});
+      if (s.stroke_end_ns != s.end_ns) clip_.markers.push_back({s.stroke_end_ns, name, program::MarkerKind::stroke_end});
+      clip_.markers.push_back({s.end_ns, name, program::MarkerKind::sign_end});
+    }
+  }
+
+  void use(const Declaration& e, NodeRef call, const Span& span, NodeRef options) {
+    const NodeRef params = e.node.child(NodeKind::params);
+    double intensity = 1.0;
+    std::optional<Scope> inner;
+    if (!params && call && call.child(NodeKind::argument)) {
+      // Every entry has an intensity, declared or not: neg(60%).
+      const NodeRef a = call.child(NodeKind::argument);
+      const NodeRef sum = a.child(NodeKind::sum);
+      const auto value = sum ? evaluator_.arithmetic(sum, scope_) : std::nullopt;
+      if (!value || !value->word.empty() || value->quantity.unit != Unit::percent ||
+          (a.has(lang::kFlagNamed) && a.at(0).text() != "intensity") || a.node().next != call.node().next) {
+        evaluator_.report(scope_, a, UnexpectedArgument{std::string(e.name), std::string(a.text()), {"intensity"}});
+        return;
+      }
+      intensity = value->quantity.value;
+      inner = Scope{e.file, {}, scope_.left_handed};
+    } else {
+      inner = evaluator_.bind(call, false, e.name, params, e.file, scope_);
+    }
+    if (!inner) return;
+    const Timing timing = read_timing(options, scope_, evaluator_, false);
+    schedule_entry(clip_, e, *inner, span, timing, intensity, tier_.empty() ? nullptr : &tier_, evaluator_);
+  }
+
+  void bracket(const Bracket& b) {
+    if (b.empty) return;
+    const bool structural = b.label == "clause" || b.label == "phrase" || b.label == "topic";
+    const Declaration* e = entry(b.label);
+    if (e == nullptr) {
+      if (structural) return;
+      if (lexicon_ == kUnreachable) {
+        evaluator_.report(scope_, b.node.at(0), MissingLexicon{"for " + std::string(b.label), {}});
+        return;
+      }
+      auto names = evaluator_.declarations().entry_names(lexicon_);
+      names.insert(names.end(), {"clause", "phrase", "topic"});
+      evaluator_.report(scope_, b.node.at(0), UnknownName{"entry", std::string(b.label), lang::nearest(b.label, names)});
+      return;
+    }
+    use(*e, b.node, bracket_span(b), b.node.child(NodeKind::options));
+  }
+
+  void fire_for_signs() {
+    if (lexicon_ == kUnreachable) return;
+    for (const Declaration* e : evaluator_.declarations().entries_of(lexicon_)) {
+      const NodeRef for_sign = e->node.child(NodeKind::for_sign);
+      const NodeRef gloss = for_sign ? for_sign.at(0) : NodeRef();
+      if (!gloss) continue;
+      for (std::uint32_t i = 0; i < tier_.dominant_count; ++i)
+        if (tier_.signs[i].gloss == unquoted(gloss))
+          use(*e, {}, {tier_.signs[i].start_ns, tier_.signs[i].end_ns, i, i}, {});
+    }
+  }
+
+  /// The entry's own domain round a sign: the innermost bracket of its kind; else the signs about it that are no topic.
+  Span spread(const Declaration& e, std::uint32_t sign) const {
+    const std::string_view domain = spreading_of(e);
+    const Bracket* best = nullptr;
+    for (const Bracket& b : tier_.brackets) {
+      if (b.empty || b.first > sign || b.last < sign) continue;
+      const Declaration* own = entry(b.label);
+      if (b.label == domain || (own != nullptr && spreading_of(*own) == domain)) best = &b;
+    }
+    if (best != nullptr) return bracket_span(*best);
+    if (domain == "sign") {
+      const Sign& s = tier_.signs[sign];
+      return {s.start_ns, s.end_ns, sign, sign};
+    }
+    Span out{tier_.signs[sign].start_ns, tier_.signs[sign].end_ns, sign, sign};
+    const bool topic = in_topic_[sign];
+    while (out.first_sign > 0 && in_topic_[out.first_sign - 1] == topic) --out.first_sign;
+    while (out.last_sign + 1 < tier_.dominant_count && in_topic_[out.last_sign + 1] == topic) ++out.last_sign;
+    out.start_ns = tier_.signs[out.first_sign].start_ns;
+    for (std::uint32_t i = out.first_sign; i <= out.last_sign; ++i)
+      out.end_ns = std::max(out.end_ns, tier_.signs[i].end_ns);
+    return out;
+  }
+
+  void placement(NodeRef item) {
+    if (item.has(lang::kFlagError)) return;
+    const auto [e, call] = used_entry(item);
+    PlacementContext context{tier_.empty() ? nullptr : &tier_, whole_};
+    if (e == nullptr) {
+      component(item, context);
+      return;
+    }
+    Placer placer(evaluator_, scope_, context);
+    Span span;
+    if (const NodeRef over = item.child(NodeKind::over)) {
+      const auto s = placer.over(over);
+      if (!s) return;
+      span = *s;
+    } else if (const NodeRef on = item.child(NodeKind::on)) {
+      const auto s = on.at(0) ? placer.sign(on.at(0)) : std::nullopt;
+      if (!s) return;
+      if (*s >= tier_.dominant_count) {
+        evaluator_.report(scope_, on, NotCompiled{"spreading from a sign of the other hand"});
+        return;
+      }
+      span = spread(*e, *s);
+    } else if (const NodeRef at = item.child(NodeKind::at)) {
+      const NodeRef point = at.child(NodeKind::point);
+      const auto time = point ? placer.point(point) : std::nullopt;
+      if (!time) return;
+      const NodeRef duration = at.child(NodeKind::duration);
+      const NodeRef amount = duration ? duration.child(NodeKind::quantity) : NodeRef();
+      const auto length = amount ? evaluator_.quantity(amount, Unit::time, scope_) : std::nullopt;
+      if (amount && !length) return;
+      if (length && length->nanoseconds <= 0) {
+        evaluator_.report(scope_, amount, OutOfRange{std::string(amount.text()), "times above 0s"});
+        return;
+      }
+      span = {*time, *time + (length ? length->nanoseconds : carrier_ns(*e)), kUnreachable, kUnreachable};
+    } else if (tier_.empty()) {
+      evaluator_.report(scope_, item, NoSigns{std::string(e->name)});
+      return;
+    } else {
+      std::uint32_t sign = tier_.dominant_count - 1;
+      while (sign > 0 && in_topic_[sign]) --sign;
+      span = spread(*e, sign);
+    }
+    if (const NodeRef fill = item.child(NodeKind::fill))
+      evaluator_.report(scope_, fill, UnknownProperty{"fill", "the use of an entry", {}});
+    use(*e, call, span, item.child(NodeKind::options));
+  }
+
+  void component(NodeRef item, const PlacementContext& context) {
+    // A name that is neither an entry nor a movement: say so with both kinds of name at hand.
+    const NodeRef sum = item.child(NodeKind::sum);
+    const NodeRef term = sum ? sum.at(0) : NodeRef();
+    NodeRef primary = term && !sum.at(1) && !term.at(1) ? term.at(0) : NodeRef();
+    if (primary && primary.is(NodeKind::call)) primary = NodeRef();
+    if (primary && primary.is(NodeKind::name) &&
+        evaluator_.declarations().find_movement(primary.text(), scope_.file) == nullptr) {
+      auto names = evaluator_.declarations().movement_names(scope_.file);
+      if (lexicon_ != kUnreachable) {
+        const auto entries = evaluator_.declarations().entry_names(lexicon_);
+        names.insert(names.end(), entries.begin(), entries.end());
+      }
+      evaluator_.report(scope_, primary,
+                        UnknownName{"entry, pose, expression or motion", std::string(primary.text()),
+                                    lang::nearest(primary.text(), names)});
+      return;
+    }
+    const bool placed = item.child(NodeKind::over) || item.child(NodeKind::at) || item.child(NodeKind::on);
+    if (!placed && tier_.empty()) {
+      evaluator_.report(scope_, item, NoSigns{sum ? std::string(sum.text()) : std::string()});
+      return;
+    }
+    Placed base;
+    base.span = whole_;
+    base.extent = Extent::natural;
+    base.stated = true;
+    schedule_component(clip_, item, base, 1.0, scope_, context, evaluator_);
+  }
+
+  const Declaration& d_;
+  Evaluator& evaluator_;
+  Scope scope_;
+  ClipDraft clip_;
+  std::uint32_t lexicon_ = kUnreachable;
+  ManualTier tier_;
+  Span whole_;
+  std::vector<bool> in_topic_;
+};
+
+}  // namespace
+
+std::optional<ClipDraft> lower_expression(const Declaration& d, Evaluator& evaluator) {
+  bool good = true;
+  const Scope scope = default_scope(d, evaluator, good);
+  if (!good) return std::nullopt;
+  const auto movement = evaluator.declaration(d, scope);
+  if (!movement || movement->sequences.empty()) return std::nullopt;
+  const Sequence& s = movement->sequences.front();
+  if (s.steps.empty()) return std::nullopt;
+  if (s.duration_ns < 0) {
+    // Played alone it needs a length; placed in a timeline it may take one there.
+    evaluator.report(scope, d.node.child(NodeKind::name), MissingDuration{std::string(d.name)});
+    return std::nullopt;
+  }
+  ClipDraft clip;
+  clip.name = d.name;
+  clip.kind = program::ClipKind::expression;
+  clip.end_ns = s.duration_ns;
+  Placed placed;
+  placed.entry = d.name;
+  play_sequence(clip, s, 0, s.duration_ns, false, placed, evaluator);
+  return clip;
+}
+
+std::optional<ClipDraft> lower_timeline(const Declaration& d, Evaluator& evaluator) {
+  if (d.node.has(lang::kFlagError)) return std::nullopt;
+  bool good = true;
+  const Scope scope = default_scope(d, evaluator, good);
+  if (!good) return std::nullopt;
+  ClipDraft clip;
+  clip.name = d.name;
+  clip.kind = program::ClipKind::timeline;
+  std::int64_t length = 0;
+  const NodeRef stated = d.node.child(NodeKind::quantity);
+  if (stated) {
+    const auto q = evaluator.quantity(stated, Unit::time, scope);
+    if (!q) return std::nullopt;
+    if (q->nanoseconds <= 0) {
+      evaluator.report(scope, stated, OutOfRange{std::string(stated.text()), "times above 0s"});
+      return std::nullopt;
+    }
+    length = q->nanoseconds;
+  }
+  PlacementContext context{nullptr, {0, length, kUnreachable, kUnreachable}};
+  for (NodeRef item : d.node.children()) {
+    if (item.is(NodeKind::when) || item.is(NodeKind::optional) || item.is(NodeKind::one_of)) {
+      evaluator.report(scope, item, NotCompiled{std::string(lang::describe(item.kind()))});
+      continue;
+    }
+    if (!item.is(NodeKind::placement)) continue;
+    const bool placed = item.child(NodeKind::over) || item.child(NodeKind::at) || item.child(NodeKind::on);
+    if (!placed && !stated) {
+      evaluator.report(scope, item, MissingDuration{std::string(item.text())});
+      continue;
+    }
+    Placed base;
+    base.span = context.whole;
+    base.extent = Extent::natural;
+    const std::size_t before = clip.contributions.size();
+    schedule_component(clip, item, base, 1.0, scope, context, evaluator);
+    std::int64_t end = 0;
+    for (std::size_t i = before; i < clip.contributions.size(); ++i) end = std::max(end, clip.contributions[i].end_ns);
+    // The way back to rest may lie past the end of what the author timed; a second of it is nobody's mistake.
+    if (stated && end > length + 1'000'000'000)
+      evaluator.report(scope, item, OutlastsTimeline{fmt::format("{:.6g}s", static_cast<double>(end) / 1e9),
+                                                     std::string(stated.text())});
+  }
+  clip.end_ns = length;
+  finish_extent(clip);
+  return clip;
+}
+
+std::optional<ClipDraft> lower_utterance(const Declaration& d, Evaluator& evaluator) {
+  if (d.node.has(lang::kFlagError)) return std::nullopt;
+  return UtteranceLowering(d, evaluator).run();
+}
+
+std::optional<ClipDraft> lower_entry(const Declaration& d, Evaluator& evaluator) {
+  bool good = true;
+  const Scope scope = default_scope(d, evaluator, good);
+  if (!good) return std::nullopt;
+  ClipDraft clip;
+  clip.name = d.name;
+  clip.kind = program::ClipKind::entry;
+  const Span span{0, carrier_ns(d), kUnreachable, kUnreachable};
+  clip.end_ns = span.end_ns;
+  schedule_entry(clip, d, scope, span, {}, 1.0, nullptr, evaluator);
+  finish_extent(clip);
+  return clip;
+}
+
+}  // namespace nms::compiler

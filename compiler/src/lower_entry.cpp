@@ -1,0 +1,143 @@
+#include "lower_entry.h"
+
+#include <string>
+
+#include <nms/compiler/diagnostic_kinds.h>
+
+namespace nms::compiler {
+
+using lang::NodeKind;
+using lang::NodeRef;
+
+std::string_view spreading_of(const Declaration& entry) {
+  for (NodeRef p : entry.node.children())
+    if (p.is(NodeKind::property) && p.at(0).text() == "spreads" && p.at(1)) return p.at(1).text();
+  return {};
+}
+
+namespace {
+
+/// What an author calls a component: the name in it that says most.
+std::string_view component_name(NodeRef sum) {
+  std::string_view name = sum.text();
+  for (NodeRef term : sum.children())
+    for (NodeRef part : term.children()) {
+      if (part.is(NodeKind::name)) return part.text();
+      if (part.is(NodeKind::call)) return part.at(0).text();
+    }
+  return name;
+}
+
+void scale(Movement& m, double factor) {
+  if (factor == 1.0) return;
+  for (Amount& a : m.pose) a.value *= factor;
+  for (Sequence& s : m.sequences)
+    for (Step& step : s.steps)
+      for (Amount& a : step.pose) a.value *= factor;
+  for (Oscillation& o : m.oscillations) o.by *= factor;
+}
+
+/// Properties an entry may have; phases are read by read_timing.
+bool known_entry_property(std::string_view name) {
+  for (const std::string_view known : {"label", "alias", "meaning", "source", "evidence", "spreads", "onset", "offset",
+                                       "lead", "lag", "easing", "held", "apex", "profile"})
+    if (name == known) return true;
+  return false;
+}
+
+}  // namespace
+
+void schedule_component(ClipDraft& clip, NodeRef placement, Placed base, double intensity, const Scope& scope,
+                        const PlacementContext& context, Evaluator& evaluator) {
+  if (placement.has(lang::kFlagError)) return;
+  const NodeRef sum = placement.child(NodeKind::sum);
+  if (!sum) return;
+  Placer placer(evaluator, scope, context);
+  base.node = sum;
+  if (base.name.empty()) base.name = component_name(sum);
+  base.timing = read_timing(placement.child(NodeKind::options), scope, evaluator, false).over(base.timing);
+  base.fill = placement.child(NodeKind::fill).exists();
+  if (const NodeRef over = placement.child(NodeKind::over)) {
+    const auto span = placer.over(over);
+    if (!span) return;
+    base.span = *span;
+    base.extent = Extent::span;
+  } else if (const NodeRef at = placement.child(NodeKind::at)) {
+    const NodeRef point = at.child(NodeKind::point);
+    if (!point) return;
+    const auto time = placer.point(point);
+    if (!time) return;
+    base.span = {*time, *time, kUnreachable, kUnreachable};
+    base.extent = Extent::point;
+    if (const NodeRef duration = at.child(NodeKind::duration)) {
+      const NodeRef amount = duration.child(NodeKind::quantity);
+      const auto length = amount ? evaluator.quantity(amount, lang::Unit::time, scope) : std::nullopt;
+      if (!length) return;
+      if (length->nanoseconds <= 0) {
+        evaluator.report(scope, amount, OutOfRange{std::string(amount.text()), "times above 0s"});
+        return;
+      }
+      base.span.end_ns = *time + length->nanoseconds;
+      base.extent = Extent::span;
+    }
+  } else if (const NodeRef on = placement.child(NodeKind::on)) {
+    const NodeRef name = on.at(0);
+    const auto s = name ? placer.sign(name) : std::nullopt;
+    if (!s) return;
+    const Sign& sign = context.tier->signs[*s];
+    base.span = {sign.start_ns, sign.end_ns, *s, *s};
+    base.extent = Extent::span;
+  }
+  auto movement = evaluator.sum(sum, scope);
+  if (!movement) return;
+  scale(*movement, intensity);
+  schedule(clip, *movement, base, scope, evaluator);
+}
+
+void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scope, const Span& span, const Timing& use,
+                    double intensity, const ManualTier* tier, Evaluator& evaluator) {
+  if (entry.node.has(lang::kFlagError)) return;
+  Layer layer = Layer::lexical;
+  if (const NodeRef function = entry.node.child(NodeKind::function)) {
+    if (const auto read = read_layer(function.text())) {
+      layer = *read;
+    } else {
+      evaluator.report(scope, function,
+                       UnknownName{"function", std::string(function.text()),
+                                   lang::nearest(function.text(), {"affect", "prosody", "lexical", "morphological",
+                                                                   "syntactic", "discourse"})});
+      return;
+    }
+  }
+  const Timing own = read_timing(entry.node, scope, evaluator, true);
+  PlacementContext context{tier, span};
+  for (NodeRef item : entry.node.children()) {
+    switch (item.kind()) {
+      case NodeKind::property:
+        if (!known_entry_property(item.at(0).text()))
+          evaluator.report(scope, item.at(0),
+                           UnknownProperty{std::string(item.at(0).text()), "an entry",
+                                           {"label", "alias", "meaning", "source", "evidence", "spreads", "onset",
+                                            "offset", "lead", "lag", "easing"}});
+        break;
+      case NodeKind::when:
+        evaluator.report(scope, item, NotCompiled{item.has(lang::kFlagUnless) ? "unless" : "when"});
+        break;
+      case NodeKind::optional: evaluator.report(scope, item, NotCompiled{"optional"}); break;
+      case NodeKind::one_of: evaluator.report(scope, item, NotCompiled{"one of"}); break;
+      case NodeKind::placement: {
+        Placed base;
+        base.span = span;
+        base.extent = Extent::natural;
+        base.timing = use.over(own);
+        base.layer = layer;
+        base.entry = entry.name;
+        schedule_component(clip, item, base, intensity, scope, context, evaluator);
+        break;
+      }
+      default: break;
+    }
+  }
+}
+
+}  // namespace nms::compiler

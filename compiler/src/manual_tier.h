@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "movement.h"
+
+namespace nms::compiler {
+
+/// One sign with its times. `end_ns` includes the hold, `stroke_end_ns` does not.
+struct Sign {
+  std::string_view gloss;
+  std::string_view tag;
+  std::string_view alias;
+  std::int64_t start_ns = 0;
+  std::int64_t stroke_end_ns = 0;
+  std::int64_t end_ns = 0;
+  bool non_dominant = false;
+  lang::NodeRef node;
+};
+
+/// A labelled bracket over signs [first, last].
+struct Bracket {
+  std::string_view label;
+  std::uint32_t first = 0;
+  std::uint32_t last = 0;
+  bool empty = true;
+  lang::NodeRef node;
+};
+
+/// The manual tier of an utterance: signs of the signing hand in order of time, then those of the other hand.
+struct ManualTier {
+  std::vector<Sign> signs;
+  std::uint32_t dominant_count = 0;  ///< signs [0, dominant_count) are the signing hand's
+  std::vector<Bracket> brackets;     ///< outer before inner, in order
+
+  [[nodiscard]] bool empty() const { return dominant_count == 0; }
+};
+
+/// Reads the `signs { }` blocks. Signs without times get measured lengths and gaps: 233 ms a sign, 100 ms a gap,
+/// 400 ms the last sign (NCSLGR medians).
+[[nodiscard]] ManualTier build_manual_tier(lang::NodeRef utterance, const Scope& scope, Evaluator& evaluator);
+
+}  // namespace nms::compiler

@@ -1,0 +1,156 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string_view>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include <nms/lang/quantity.h>
+
+#include "channels.h"
+#include "curve.h"
+#include "declarations.h"
+
+namespace nms::compiler {
+
+/// How far one channel is moved: AUs in [0, 1] (more where sums saturate), axes in signed shares of their full scale.
+struct Amount {
+  std::uint32_t channel = 0;
+  double value = 0.0;
+};
+
+/// An instantaneous state: amounts by ascending channel, each channel once. A stated 0 is not the same as no amount.
+using Pose = std::vector<Amount>;
+
+/// One step of a sequence: the face is in `pose` at the step's end.
+struct Step {
+  double share = -1.0;        ///< of the whole, or -1: it has a time of its own
+  std::int64_t own_ns = -1;
+  Pose pose;
+  Easing easing = Easing::smooth;
+  lang::NodeRef node;
+  std::uint32_t file = 0;
+};
+
+/// Steps in sequence, and how long they take: -1 where only the placement can say.
+struct Sequence {
+  std::vector<Step> steps;
+  std::int64_t duration_ns = -1;
+  std::string_view name;
+};
+
+/// `count` cycles of one axis at `rate_hz`, the first half cycle towards `by`, each cycle smaller by `decay`.
+struct Oscillation {
+  std::uint32_t channel = 0;
+  double count = 1.0;
+  double rate_hz = 1.0;
+  double by = 0.0;      ///< share of full scale
+  double decay = 0.0;   ///< share of the amplitude lost with each cycle
+  std::string_view name;
+};
+
+/// What a sum of poses, expressions and motions comes to.
+struct Movement {
+  Pose pose;
+  std::vector<Sequence> sequences;
+  std::vector<Oscillation> oscillations;
+
+  [[nodiscard]] bool still() const { return sequences.empty() && oscillations.empty(); }
+};
+
+/// A parameter's value: a quantity or a bare word.
+struct Argument {
+  std::string_view name;
+  lang::Quantity quantity;
+  std::string_view word;  ///< not empty: it is a word
+};
+
+/// What names mean at one place: parameters, and the file whose movements are seen.
+struct Scope {
+  std::uint32_t file = 0;
+  std::vector<Argument> arguments;
+  bool left_handed = false;  ///< of the signer: dominant( ) and contra( ) follow the hand
+};
+
+/// Turns sums into movements: names, arguments, units, sides. One for a compilation; keeps what it has worked out.
+class Evaluator {
+ public:
+  Evaluator(const std::vector<LoadedFile>& files, const Declarations& declarations, const Channels& channels,
+            lang::Diagnostics& diagnostics)
+      : files_(files), declarations_(declarations), channels_(channels), diagnostics_(diagnostics) {}
+
+  /// A `sum` node. Nothing if anything in it is wrong; it has been reported then.
+  [[nodiscard]] std::optional<Movement> sum(lang::NodeRef node, const Scope& scope);
+  /// A movement's declaration with the scope its call made.
+  [[nodiscard]] std::optional<Movement> declaration(const Declaration& d, const Scope& scope);
+  /// The steps of an expression, or of a motion in brackets.
+  [[nodiscard]] std::optional<Sequence> sequence(lang::NodeRef parent, std::string_view name,
+                                                 std::optional<std::int64_t> duration_ns, const Scope& scope);
+
+  /// Arguments of a call (its `argument` children) matched to the parameters of a declaration: by name, by unit, in
+  /// order; then defaults. `skip_first`: the first argument picked a variant.
+  [[nodiscard]] std::optional<Scope> bind(lang::NodeRef call, bool skip_first, std::string_view callee,
+                                          lang::NodeRef params, std::uint32_t params_file, const Scope& scope);
+  /// A sum as arithmetic: `-1 * by`, `2 * count`, `60%`.
+  [[nodiscard]] std::optional<Argument> arithmetic(lang::NodeRef sum, const Scope& scope);
+  /// A quantity node of the unit wanted; anything else is reported.
+  [[nodiscard]] std::optional<lang::Quantity> quantity(lang::NodeRef node, lang::Unit unit, const Scope& scope);
+
+  /// The easing that a step's or component's options name.
+  [[nodiscard]] std::optional<Easing> easing(lang::NodeRef value, const Scope& scope);
+
+  /// Reports at a node. An entry used twice is worked out twice; what is wrong with it is said once.
+  template <typename Kind>
+  lang::Diagnostic& report(const Scope&, lang::NodeRef at, const Kind& kind) {
+    if (!fresh(at, Kind::kKind)) return repeated_;
+    return diagnostics_.report(at.tree().source_pointer(), at.range(), kind);
+  }
+
+  [[nodiscard]] const Channels& channels() const { return channels_; }
+  [[nodiscard]] const Declarations& declarations() const { return declarations_; }
+  [[nodiscard]] lang::Diagnostics& diagnostics() { return diagnostics_; }
+  [[nodiscard]] const std::vector<LoadedFile>& files() const { return files_; }
+
+ private:
+  /// A factor's number, and the unit it carries if it scales an axis (12deg AU51).
+  struct Scale {
+    double factor = 1.0;
+    double absolute = 0.0;
+    lang::Unit unit = lang::Unit::none;
+    lang::NodeRef node;
+  };
+
+  [[nodiscard]] bool term(lang::NodeRef node, const Scope& scope, Movement& into);
+  [[nodiscard]] bool multiply_by(lang::NodeRef factor, const Scope& scope, Scale& scale);
+  [[nodiscard]] bool action_unit(lang::NodeRef token, const Scale& scale, const Scope& scope, Movement& into);
+  [[nodiscard]] bool add_unit(std::string_view text, std::uint32_t number, program::Side side, double value,
+                              const Scale& scale, lang::NodeRef at, const Scope& scope, Pose& into);
+  [[nodiscard]] bool facs(lang::NodeRef node, const Scale& scale, const Scope& scope, Movement& into);
+  [[nodiscard]] bool named(lang::NodeRef name, lang::NodeRef call, const Scale& scale, const Scope& scope, Movement& into);
+  [[nodiscard]] bool oscillate(lang::NodeRef call, const Scale& scale, const Scope& scope, Movement& into);
+  [[nodiscard]] bool take(Movement&& part, const Scale& scale, const Scope& scope, Movement& into);
+  [[nodiscard]] const Argument* argument(std::string_view name, const Scope& scope) const;
+  [[nodiscard]] bool fresh(lang::NodeRef at, std::string_view kind);
+  /// Counts one step of work; false once a definition has taken more than any sensible one.
+  [[nodiscard]] bool spend(lang::NodeRef at, const Scope& scope);
+
+  const std::vector<LoadedFile>& files_;
+  const Declarations& declarations_;
+  const Channels& channels_;
+  lang::Diagnostics& diagnostics_;
+  std::unordered_map<std::uint64_t, std::optional<Movement>> known_;  ///< of declarations called without arguments
+  std::vector<lang::NodeRef> open_;  ///< declarations being worked out, to find circles
+  std::set<std::tuple<const lang::Tree*, std::uint32_t, std::string_view>> reported_;
+  lang::Diagnostic repeated_;  ///< what `report` hands back for a thing already said
+  std::uint32_t spent_ = 0;
+  bool overspent_ = false;
+};
+
+/// Adds an amount to a pose; amounts of one channel add.
+void add_amount(Pose& pose, std::uint32_t channel, double value);
+
+}  // namespace nms::compiler

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nms/program/records.h>
+
+#include "curve.h"
+#include "movement.h"
+#include "placement.h"
+
+namespace nms::compiler {
+
+/// The layer a contribution belongs to, low to high: grammar stays readable on an angry face.
+enum class Layer : std::uint8_t { affect, prosody, lexical, morphological, syntactic, discourse };
+inline constexpr int kLayerCount = 6;
+
+/// The layer an entry's function puts it in; nothing for a word that is no function.
+[[nodiscard]] std::optional<Layer> read_layer(std::string_view function);
+
+/// One cause of one channel's movement: its curve in the clip's time.
+struct Contribution {
+  std::uint32_t channel = 0;
+  Curve curve;
+  Curve envelope;        ///< how far it takes the place of what lies under it, 0 to 1
+  Layer layer = Layer::syntactic;
+  bool stated = false;   ///< stated by the utterance itself: replaces what entries supply
+  std::int64_t start_ns = 0;
+  std::int64_t end_ns = 0;
+  std::string_view motion;  ///< of an oscillation: its name; the same motion asked for twice is one
+};
+
+/// Phases and shifts, as far as they are written. The nearest wins: component, then use, then entry, then track.
+struct Timing {
+  std::optional<std::int64_t> onset_ns, offset_ns, lead_ns, lag_ns;
+  std::optional<Easing> easing;
+
+  /// What is not written here is taken from `farther`.
+  [[nodiscard]] Timing over(const Timing& farther) const;
+};
+
+/// A marker before it is in a program.
+struct DraftMarker {
+  std::int64_t time_ns = 0;
+  std::string name;
+  program::MarkerKind kind = program::MarkerKind::mark;
+};
+
+/// Where a segment came from, before it is in a program.
+struct DraftSource {
+  lang::NodeRef node;
+  std::string_view entry;
+};
+
+/// One clip while it is made.
+struct ClipDraft {
+  std::string name;
+  program::ClipKind kind = program::ClipKind::expression;
+  std::int64_t start_ns = 0;
+  std::int64_t end_ns = 0;
+  std::vector<Contribution> contributions;
+  std::vector<DraftMarker> markers;
+  std::vector<DraftSource> sources;
+};
+
+/// How long a movement lasts where it is placed.
+enum class Extent : std::uint8_t {
+  span,     ///< stated: it fills the span
+  natural,  ///< its own length if it has one, from the span's start; else it fills the span
+  point,    ///< at a point: its own length, and it must have one
+};
+
+/// One thing to be placed.
+struct Placed {
+  std::string_view name;  ///< what the author calls it, for markers and messages
+  lang::NodeRef node;     ///< for messages
+  Span span;
+  Extent extent = Extent::span;
+  bool fill = false;
+  Timing timing;
+  Layer layer = Layer::syntactic;
+  bool stated = false;
+  std::string_view entry;  ///< of the lexicon, for the source map
+};
+
+/// Puts a movement into a clip. Reports what does not fit.
+void schedule(ClipDraft& clip, const Movement& movement, const Placed& placed, const Scope& scope, Evaluator& evaluator);
+
+/// A sequence from neutral at `start_ns`, each pose reached at its step's end; `rest` adds the way back to neutral
+/// after the last step, with the tracks' own offsets (or `offset_ns`).
+void play_sequence(ClipDraft& clip, const Sequence& sequence, std::int64_t start_ns, std::int64_t duration_ns, bool rest,
+                   const Placed& placed, Evaluator& evaluator);
+
+/// The options `{ onset 167ms lead 233ms }` of a component, a use or an entry's own properties.
+[[nodiscard]] Timing read_timing(lang::NodeRef parent, const Scope& scope, Evaluator& evaluator, bool entry_properties);
+
+}  // namespace nms::compiler
