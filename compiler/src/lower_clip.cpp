@@ -169,8 +169,8 @@ class UtteranceLowering {
     if (!params && call && call.child(NodeKind::argument)) {
       // Every entry has an intensity, declared or not: neg(60%).
       const NodeRef a = call.child(NodeKind::argument);
-      const NodeRef sum = a.child(NodeKind::sum);
-      const auto value = sum ? evaluator_.arithmetic(sum, scope_) : std::nullopt;
+      const NodeRef given = a.at(a.has(lang::kFlagNamed) ? 1 : 0);
+      const auto value = given ? evaluator_.arithmetic(given, scope_) : std::nullopt;
       if (!value || !value->word.empty() || value->quantity.unit != Unit::percent ||
           (a.has(lang::kFlagNamed) && a.at(0).text() != "intensity") || a.node().next != call.node().next) {
         evaluator_.report(scope_, a, UnexpectedArgument{std::string(e.name), std::string(a.text()), {"intensity"}});

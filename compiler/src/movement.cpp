@@ -77,6 +77,20 @@ std::optional<Quantity> Evaluator::quantity(NodeRef node, Unit unit, const Scope
 }
 
 std::optional<Argument> Evaluator::arithmetic(NodeRef node, const Scope& scope) {
+  if (!node || node.has(lang::kFlagError)) return std::nullopt;
+  if (node.is(NodeKind::quantity)) {
+    const auto q = lang::read_quantity(node.text());
+    if (!q) return std::nullopt;
+    return Argument{{}, *q, {}};
+  }
+  if (node.is(NodeKind::name)) {
+    if (const Argument* a = argument(node.text(), scope)) return Argument{{}, a->quantity, a->word};
+    return Argument{{}, {}, node.text()};
+  }
+  if (!node.is(NodeKind::sum)) {
+    report(scope, node, WrongKind{std::string(node.text()), std::string(lang::describe(node.kind())), "a number", ""});
+    return std::nullopt;
+  }
   Argument total;
   bool first = true;
   for (NodeRef t : node.children()) {
@@ -328,7 +342,7 @@ bool Evaluator::oscillate(NodeRef call, const Scale& scale, const Scope& scope, 
       return false;
     }
     const NodeRef sum_node = a.at(is_named ? 1 : 0);
-    if (!sum_node.is(NodeKind::sum)) return false;
+    if (!sum_node) return false;
     value[slot] = arithmetic(sum_node, scope);
     if (!value[slot]) return false;
     if (slot != 0 && (!value[slot]->word.empty() ||
@@ -412,7 +426,7 @@ std::optional<Scope> Evaluator::bind(NodeRef call, bool skip_first, std::string_
       }
       const bool is_named = a.has(lang::kFlagNamed);
       const NodeRef sum_node = a.at(is_named ? 1 : 0);
-      if (!sum_node || !sum_node.is(NodeKind::sum)) {
+      if (!sum_node) {
         report(scope, a, UnexpectedArgument{std::string(callee), std::string(a.text()), names});
         good = false;
         continue;
@@ -479,7 +493,7 @@ bool Evaluator::named(NodeRef name, NodeRef call, const Scale& scale, const Scop
     if (word == "oscillate") return oscillate(call, scale, scope, into);
     if (word == "left" || word == "right" || word == "dominant" || word == "contra") {
       const NodeRef a = call.child(NodeKind::argument);
-      const NodeRef inner = a ? a.child(NodeKind::sum) : NodeRef();
+      const NodeRef inner = a ? a.at(0) : NodeRef();
       if (!inner || a.node().next != call.node().next) {
         report(scope, call, MissingArgument{std::string(word), "what to move on that side"});
         return false;
@@ -575,6 +589,15 @@ std::optional<Movement> Evaluator::sum(NodeRef node, const Scope& scope) {
   if (!node || node.has(lang::kFlagError)) return std::nullopt;
   Movement out;
   bool good = true;
+  if (node.is(NodeKind::name)) {  // an argument that is a bare name: left(smile)
+    if (!named(node, {}, {}, scope, out)) return std::nullopt;
+    return out;
+  }
+  if (!node.is(NodeKind::sum)) {
+    report(scope, node, WrongKind{std::string(node.text()), std::string(lang::describe(node.kind())),
+                                  "a pose, expression or motion", ""});
+    return std::nullopt;
+  }
   for (NodeRef t : node.children())
     if (t.is(NodeKind::term)) good = term(t, scope, out) && good;
   if (!good) return std::nullopt;

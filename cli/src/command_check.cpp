@@ -1,0 +1,14 @@
+#include "commands.h"
+#include "loading.h"
+#include "report.h"
+
+namespace nms::cli {
+
+int check(const GlobalOptions& global, const std::vector<std::string>& files) {
+  SourceFiles sources(global.stdlib);
+  lang::Diagnostics diagnostics;
+  (void)load_program(files, "", sources, diagnostics);
+  return finish(global, diagnostics);
+}
+
+}  // namespace nms::cli

@@ -1,0 +1,34 @@
+#include <cstdio>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "commands.h"
+#include "decimal_seconds.h"
+#include "loading.h"
+#include "report.h"
+
+namespace nms::cli {
+namespace {
+
+std::string_view kind_name(program::ClipKind kind) {
+  static constexpr std::string_view kNames[] = {"pose", "expression", "timeline", "entry", "utterance", "discourse"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+}  // namespace
+
+int list(const GlobalOptions& global, const std::vector<std::string>& files) {
+  SourceFiles sources(global.stdlib);
+  lang::Diagnostics diagnostics;
+  if (const auto image = load_program(files, "", sources, diagnostics)) {
+    const program::Program& p = image->program();
+    std::string out;
+    for (const program::Clip& c : p.clips)
+      out += fmt::format("{}\t{}\t{}\n", p.string(c.name), kind_name(c.kind), decimal_seconds(c.end_ns - c.start_ns));
+    std::fwrite(out.data(), 1, out.size(), stdout);
+  }
+  return finish(global, diagnostics);
+}
+
+}  // namespace nms::cli

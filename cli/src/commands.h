@@ -1,0 +1,50 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+/// The commands, one function each: options in, exit code out. main.cpp fills the options in.
+namespace nms::cli {
+
+/// 0 success, 1 diagnostics with errors, 2 wrong usage.
+inline constexpr int kSuccess = 0;
+inline constexpr int kErrors = 1;
+inline constexpr int kUsage = 2;
+
+enum class ErrorFormat { text, json };
+
+struct GlobalOptions {
+  ErrorFormat error_format = ErrorFormat::text;
+  std::string stdlib;  ///< folder that takes the place of the embedded stdlib; empty: the embedded one
+};
+
+struct BuildOptions {
+  std::vector<std::string> files;
+  std::string output;
+  std::string face = "ada";
+  std::vector<std::string> clips;
+  bool all_targets = false;
+  bool dense = false;
+};
+int build(const GlobalOptions& global, const BuildOptions& options);
+
+int check(const GlobalOptions& global, const std::vector<std::string>& files);
+
+int compile(const GlobalOptions& global, const std::vector<std::string>& files, const std::string& output);
+
+int dump(const GlobalOptions& global, const std::string& file);
+
+int format(const GlobalOptions& global, const std::vector<std::string>& files, bool check_only);
+
+int list(const GlobalOptions& global, const std::vector<std::string>& files);
+
+struct SampleOptions {
+  std::string file;
+  std::string clip;
+  std::string face;          ///< empty: none
+  double fps = 0.0;          ///< 0: use `times`
+  std::string times;         ///< "0.234,2.106"; seconds, or with a unit
+};
+int sample(const GlobalOptions& global, const SampleOptions& options);
+
+}  // namespace nms::cli

@@ -1,0 +1,123 @@
+#include "loading.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include <nms/compiler/compile.h>
+#include <nms/runtime/face_x3d.h>
+
+#include "report.h"
+
+namespace nms::cli {
+namespace {
+
+bool is_program(const std::string& path) { return path.ends_with(".auc"); }
+
+/// The file that declares a face: a path to one, or a name in `faces/` beside the working folder or in the stdlib.
+std::shared_ptr<const lang::Source> face_source(const std::string& face, SourceFiles& sources) {
+  if (face.ends_with(".nms")) {
+    auto opened = sources.open(face);
+    return opened ? *opened : nullptr;
+  }
+  return sources.stdlib(fmt::format("faces/{}.nms", face));
+}
+
+}  // namespace
+
+std::optional<program::Image> load_program(const std::vector<std::string>& files, const std::string& face,
+                                           SourceFiles& sources, lang::Diagnostics& diagnostics) {
+  if (files.size() == 1 && is_program(files[0])) {
+    auto bytes = read_file(files[0]);
+    if (!bytes) {
+      add_failure(diagnostics, bytes.error());
+      return std::nullopt;
+    }
+    auto image = program::Image::load(std::as_bytes(std::span(bytes->data(), bytes->size())), files[0]);
+    if (image) return std::move(*image);
+    add_failure(diagnostics, image.error());
+    return std::nullopt;
+  }
+  std::vector<std::shared_ptr<const lang::Source>> roots;
+  for (const std::string& file : files) {
+    if (is_program(file)) {
+      add_failure(diagnostics, {"wrong_input", file, "a compiled program stands alone", "give one .auc file, or sources only"});
+      continue;
+    }
+    auto source = sources.open(file);
+    if (source) {
+      if (std::find(roots.begin(), roots.end(), *source) == roots.end()) roots.push_back(*source);
+    } else {
+      add_failure(diagnostics, source.error());
+    }
+  }
+  if (diagnostics.error_count() != 0) return std::nullopt;
+  compiler::CompileOptions options;
+  if (!face.empty()) {
+    const auto source = face_source(face, sources);
+    if (!source) {
+      add_failure(diagnostics, {"unknown_face", face, "there is no face of that name",
+                                "the standard library has: ada; or give the path of a .nms file that declares one"});
+      return std::nullopt;
+    }
+    if (std::find(roots.begin(), roots.end(), source) == roots.end()) roots.push_back(source);
+    if (!face.ends_with(".nms")) options.face = face;
+  }
+  const auto draft = compiler::compile(roots, sources, diagnostics, options);
+  if (!draft) return std::nullopt;
+  auto image = program::Image::from(*draft);
+  if (image) return std::move(*image);
+  add_failure(diagnostics, {image.error().kind, image.error().place,
+                            "the compiler made a program that does not pass its own check: " + image.error().cause,
+                            "this is a defect of nmsc; please report it with the source"});
+  return std::nullopt;
+}
+
+std::optional<runtime::Face> load_face(const program::Program& program, const std::string& face, SourceFiles& sources,
+                                       lang::Diagnostics& diagnostics) {
+  if (program.faces.empty()) {
+    add_failure(diagnostics, {"no_face", face, "the program was compiled without a face",
+                              "build from the sources, or compile them together with the face's .nms file"});
+    return std::nullopt;
+  }
+  const std::string surface(program.string(program.faces[0].surface));
+  std::string text;
+  std::string place = surface;
+  if (face.ends_with(".nms")) {
+    place = (std::filesystem::path(face).parent_path() / surface).string();
+    auto read = read_file(place);
+    if (!read) {
+      add_failure(diagnostics, read.error());
+      return std::nullopt;
+    }
+    text = std::move(*read);
+  } else {
+    const auto source = sources.stdlib("faces/" + surface);
+    if (!source) {
+      add_failure(diagnostics, {"cannot_read", "stdlib/faces/" + surface, "the face's surface is not there", ""});
+      return std::nullopt;
+    }
+    place = source->path();
+    text = source->text();
+  }
+  auto read = runtime::read_face_x3d(text, place);
+  if (read) return std::move(*read);
+  add_failure(diagnostics, read.error());
+  return std::nullopt;
+}
+
+const program::Clip* find_clip(const program::Program& program, const std::string& name, const std::string& file,
+                               lang::Diagnostics& diagnostics) {
+  if (const program::Clip* clip = program.find_clip(name)) return clip;
+  std::vector<std::string> names;
+  for (const program::Clip& c : program.clips) names.emplace_back(program.string(c.name));
+  const auto close = lang::nearest(name, names);
+  std::string remedy = names.empty() ? "it has no clips: declare an expression, a timeline, an entry or an utterance"
+                       : close.empty() ? fmt::format("nmsc list {} names the clips there are", file)
+                                       : fmt::format("did you mean {}?", close.front());
+  add_failure(diagnostics, {"unknown_clip", file, fmt::format("there is no clip named {}", name), std::move(remedy)});
+  return nullptr;
+}
+
+}  // namespace nms::cli

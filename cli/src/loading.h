@@ -1,0 +1,29 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nms/lang/diagnostic.h>
+#include <nms/program/program.h>
+#include <nms/runtime/face.h>
+
+#include "source_files.h"
+
+namespace nms::cli {
+
+/// A program from files: `.nms` sources are compiled together, a single `.auc` is loaded and checked.
+/// @param face  the face whose rig description is wanted too; empty: none
+/// Nothing: `diagnostics` says why.
+[[nodiscard]] std::optional<program::Image> load_program(const std::vector<std::string>& files, const std::string& face,
+                                                         SourceFiles& sources, lang::Diagnostics& diagnostics);
+
+/// The face that a program's rig description names: its geometry.
+[[nodiscard]] std::optional<runtime::Face> load_face(const program::Program& program, const std::string& face,
+                                                     SourceFiles& sources, lang::Diagnostics& diagnostics);
+
+/// The clip of that name; if there is none, says which there are.
+[[nodiscard]] const program::Clip* find_clip(const program::Program& program, const std::string& name,
+                                             const std::string& file, lang::Diagnostics& diagnostics);
+
+}  // namespace nms::cli

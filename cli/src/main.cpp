@@ -1,0 +1,113 @@
+#include <clocale>
+#include <cstdio>
+#include <exception>
+#include <functional>
+#include <new>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "commands.h"
+
+namespace {
+
+using namespace nms::cli;
+
+constexpr const char* kDescription =
+    "nmsc compiles non-manual signs, the face and head movements that carry grammar in sign languages,\n"
+    "to AU curve programs and animated glTF.";
+
+constexpr const char* kFooter =
+    "\nFILE is a path, or - for standard input. Exit: 0 success, 1 errors in the input, 2 wrong usage.\n"
+    "Example: nmsc build question.nms -o question.glb";
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  CLI::App app{kDescription, "nmsc"};
+  app.footer(kFooter);
+  app.require_subcommand(1);
+  app.set_version_flag("--version", "nmsc " NMS_VERSION);
+  app.set_help_flag("-h,--help", "Say what can be asked for");
+  app.fallthrough();
+
+  GlobalOptions global;
+  app.add_option("--error-format", global.error_format, "How diagnostics are printed on stderr: text or json")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, ErrorFormat>{{"text", ErrorFormat::text}, {"json", ErrorFormat::json}}).description(""))
+      ->type_name("FORMAT");
+  app.add_option("--stdlib", global.stdlib, "Folder to use as the standard library, instead of the one inside nmsc")
+      ->check(CLI::ExistingDirectory)
+      ->type_name("DIR");
+
+  std::function<int()> chosen;
+
+  BuildOptions build_options;
+  CLI::App* build_command = app.add_subcommand("build", "Build an animated glTF file: a face, a clip for each thing that plays");
+  build_command->add_option("FILE", build_options.files, "Sources, or one compiled .auc")->required();
+  build_command->add_option("-o,--output", build_options.output, "The .glb to write")->required()->type_name("OUT.glb");
+  build_command->add_option("--face", build_options.face, "Face of the standard library, or a .nms file that declares one")
+      ->type_name("NAME")->capture_default_str();
+  build_command->add_option("--clip", build_options.clips, "Only this clip; may be given several times")
+      ->type_name("NAME")->take_all()->expected(1);
+  build_command->add_flag("--all-targets", build_options.all_targets, "Write every action unit the face can show, not only those used");
+  build_command->add_flag("--dense", build_options.dense, "Plain accessors for morph targets, for importers without sparse ones");
+  build_command->callback([&] { chosen = [&] { return build(global, build_options); }; });
+
+  std::vector<std::string> files;
+  std::string file;
+  std::string output;
+  CLI::App* compile_command = app.add_subcommand("compile", "Compile to an AU curve program (.auc)");
+  compile_command->add_option("FILE", files, "Sources")->required();
+  compile_command->add_option("-o,--output", output, "The .auc to write")->required()->type_name("OUT.auc");
+  compile_command->callback([&] { chosen = [&] { return compile(global, files, output); }; });
+
+  CLI::App* dump_command = app.add_subcommand("dump", "Print a program as text");
+  dump_command->add_option("FILE", file, "A source or a compiled .auc")->required();
+  dump_command->callback([&] { chosen = [&] { return dump(global, file); }; });
+
+  CLI::App* check_command = app.add_subcommand("check", "Check sources, and write nothing");
+  check_command->add_option("FILE", files, "Sources")->required();
+  check_command->callback([&] { chosen = [&] { return check(global, files); }; });
+
+  bool check_only = false;
+  CLI::App* fmt_command = app.add_subcommand("fmt", "Rewrite sources in canonical form");
+  fmt_command->add_option("FILE", files, "Sources; - is formatted to standard output")->required();
+  fmt_command->add_flag("--check", check_only, "Change nothing; exit 1 if a file is not in canonical form");
+  fmt_command->callback([&] { chosen = [&] { return format(global, files, check_only); }; });
+
+  CLI::App* list_command = app.add_subcommand("list", "Print a line for each clip: name, kind, seconds");
+  list_command->add_option("FILE", files, "Sources, or one compiled .auc")->required();
+  list_command->callback([&] { chosen = [&] { return list(global, files); }; });
+
+  SampleOptions sample_options;
+  CLI::App* sample_command = app.add_subcommand("sample", "Print a clip's action units over time, as CSV");
+  sample_command->add_option("FILE", sample_options.file, "A source or a compiled .auc")->required();
+  sample_command->add_option("--clip", sample_options.clip, "The clip")->required()->type_name("NAME");
+  auto* fps = sample_command->add_option("--fps", sample_options.fps, "Rows a second, over the whole clip")
+                  ->check(CLI::Range(0.001, 1e6))->type_name("N");
+  auto* at = sample_command->add_option("--at", sample_options.times, "Rows at these times: seconds, or with a unit")
+                 ->type_name("T[,T...]");
+  fps->excludes(at);
+  sample_command->add_option("--face", sample_options.face, "Warn of action units this face cannot show")->type_name("NAME");
+  sample_command->callback([&] {
+    if (sample_options.times.empty() && sample_options.fps == 0.0)
+      throw CLI::RequiredError("--fps or --at");
+    chosen = [&] { return sample(global, sample_options); };
+  });
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const int code = app.exit(error);
+    return code == 0 ? kSuccess : kUsage;
+  }
+  const int code = chosen();
+  if (std::fflush(stdout) != 0) {
+    fmt::print(stderr, "nmsc: error cannot_write: standard output is closed\n");
+    return kErrors;
+  }
+  return code;
+} catch (const std::bad_alloc&) {
+  std::fputs("nmsc: error out_of_memory: there is not enough memory for this input\n", stderr);
+  return kErrors;
+}

@@ -1,0 +1,52 @@
+#include "output_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+namespace nms::cli {
+
+std::optional<program::Failure> write_file(const std::string& path, std::span<const std::byte> bytes) {
+  const auto fail = [&path](int error) {
+    return program::Failure{"cannot_write", path, std::strerror(error), "check that the folder exists and has room"};
+  };
+  struct stat status {};
+  if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) {
+    // A device or a pipe cannot be renamed over: it is written to.
+    if (S_ISDIR(status.st_mode)) return fail(EISDIR);
+    std::FILE* out = std::fopen(path.c_str(), "wb");
+    if (out == nullptr) return fail(errno);
+    const bool written = std::fwrite(bytes.data(), 1, bytes.size(), out) == bytes.size();
+    const int error = errno;
+    if (std::fclose(out) != 0) return fail(errno);
+    if (!written) return fail(error);
+    return std::nullopt;
+  }
+  const std::string beside = fmt::format("{}.{}.part", path, ::getpid());
+  const int fd = ::open(beside.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (fd < 0) return fail(errno);
+  std::size_t done = 0;
+  int error = 0;
+  while (done < bytes.size() && error == 0) {
+    const ::ssize_t n = ::write(fd, bytes.data() + done, bytes.size() - done);
+    if (n < 0) {
+      if (errno != EINTR) error = errno;
+    } else {
+      done += static_cast<std::size_t>(n);
+    }
+  }
+  if (::close(fd) != 0 && error == 0) error = errno;
+  if (error == 0 && ::rename(beside.c_str(), path.c_str()) != 0) error = errno;
+  if (error == 0) return std::nullopt;
+  ::unlink(beside.c_str());
+  return fail(error);
+}
+
+}  // namespace nms::cli
