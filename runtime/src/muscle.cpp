@@ -63,10 +63,14 @@ double smooth_fall(double t) {
 }
 
 double radial_factor(Falloff law, double distance, double insertion, double dissipation) {
-  if (distance <= insertion) return insertion > 0.0 ? sine(distance / insertion * (kPi / 2.0)) : 1.0;
-  if (distance >= dissipation) return 0.0;
-  const double fall = cosine((distance - insertion) / (dissipation - insertion) * (kPi / 2.0));
-  return law == Falloff::thesis ? fall : fall * fall;
+  double factor = 1.0;
+  if (distance <= insertion) {
+    if (insertion > 0.0) factor = sine(distance / insertion * (kPi / 2.0));
+  } else {
+    if (distance >= dissipation) return 0.0;
+    factor = cosine((distance - insertion) / (dissipation - insertion) * (kPi / 2.0));
+  }
+  return law == Falloff::thesis ? factor : factor * factor;
 }
 
 double angular_factor(Falloff law, double cos_phi, double cos_angle) {
@@ -105,12 +109,10 @@ glm::dvec3 sheet_pull(const Muscle& muscle, const MusclePlaces& places, glm::dve
 
   const double insertion = or_length(muscle.insertion_radius, m_length);
   const double along = std::abs(s.along);
-  double parallel = radial_factor(muscle.falloff, along, insertion, static_cast<double>(muscle.dissipation_radius));
+  const double parallel =
+      radial_factor(muscle.falloff, along, insertion, static_cast<double>(muscle.dissipation_radius));
   double perpendicular = cosine(s.across / width * (kPi / 2.0));
-  if (!thesis) {
-    if (along < insertion) parallel *= parallel;
-    perpendicular *= perpendicular;
-  }
+  if (!thesis) perpendicular *= perpendicular;
   // Behind the middle of the vector a point may be nearer to the attachment than the pull is long.
   const double pull = muscle.limit * m_length * parallel * perpendicular;
   return -(thesis ? pull : std::min(pull, along)) * direction;

@@ -32,8 +32,8 @@ struct Pull {
 [[nodiscard]] double smooth_fall(double t);
 
 /// Radial factor r of a linear muscle: 0 at the attachment, 1 at distance `insertion`, 0 from `dissipation` on.
-/// thesis: sin(d/I pi/2) inside, cos((d-I)/(D-I) pi/2) outside. smooth: the outer part squared, so that the slope is
-/// continuous at D too.
+/// thesis: sin(d/I pi/2) inside, cos((d-I)/(D-I) pi/2) outside. smooth: its square, so that the slope is continuous at
+/// I and D, and next to the attachment the skin does not crease.
 [[nodiscard]] double radial_factor(program::Falloff law, double distance, double insertion, double dissipation);
 
 /// Angular factor a of a linear muscle: cos(phi) inside the angle of influence. smooth: times a smooth fall, from 1 on

@@ -1,0 +1,295 @@
+#include <nms/runtime/gltf_export.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <set>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <tiny_gltf.h>
+
+#include <nms/program/evaluate.h>
+
+#include "animation_keys.h"
+#include "test_face.h"
+
+namespace nms::runtime {
+namespace {
+
+constexpr const char* kClips = R"(
+clip Default expression -0.2s..1s hash 0000000000000001
+  curve AU12L
+    -0.2s 0 smooth
+    0.1s 0.8 smooth
+    0.6s 0.8 smooth
+    1s 0 hold
+  curve AU26
+    0s 0 hold
+    0.5s 0.5 hold
+    0.8s 0 hold
+  curve AU45L
+    0s 0 linear
+    0.1s 1 linear
+    0.2s 0 hold
+  curve head_yaw
+    0s 0 smooth
+    0.5s -0.5 smooth
+    1s 0.25 hold
+  curve gaze_pitch
+    0s 0 smooth
+    0.5s -0.5 hold
+
+clip "a b" pose 0s..0s hash 0000000000000002
+  curve AU18
+    0s 1 hold
+
+clip "a:b" timeline 0s..2s hash 0000000000000003
+  curve head_thrust
+    0s 0 smooth
+    1s 1 smooth
+    2s 0 hold
+)";
+
+class GltfExport : public testing::Test {
+ protected:
+  static GltfOptions only_default() { return {{"Default"}, false, false}; }
+
+  tinygltf::Model read(const std::vector<std::byte>& bytes) {
+    tinygltf::Model model;
+    tinygltf::TinyGLTF reader;
+    std::string error;
+    std::string warning;
+    EXPECT_TRUE(reader.LoadBinaryFromMemory(&model, &error, &warning,
+                                            reinterpret_cast<const unsigned char*>(bytes.data()),
+                                            static_cast<unsigned int>(bytes.size())));
+    EXPECT_EQ(error, "");
+    EXPECT_EQ(warning, "");
+    return model;
+  }
+
+  static const float* floats(const tinygltf::Model& model, int view) {
+    const tinygltf::BufferView& v = model.bufferViews[static_cast<std::size_t>(view)];
+    return reinterpret_cast<const float*>(model.buffers[0].data.data() + v.byteOffset);
+  }
+
+  // A VEC3 accessor with its sparse data put in.
+  static std::vector<glm::vec3> vectors(const tinygltf::Model& model, int index) {
+    const tinygltf::Accessor& a = model.accessors[static_cast<std::size_t>(index)];
+    std::vector<glm::vec3> result(a.count, glm::vec3(0.0F));
+    if (a.bufferView >= 0) std::memcpy(&result[0].x, floats(model, a.bufferView), a.count * sizeof(glm::vec3));
+    if (a.sparse.isSparse) {
+      const float* values = floats(model, a.sparse.values.bufferView);
+      const auto* indices = reinterpret_cast<const std::uint16_t*>(floats(model, a.sparse.indices.bufferView));
+      for (int i = 0; i < a.sparse.count; ++i) {
+        if (i > 0) {
+          EXPECT_LT(indices[i - 1], indices[i]);
+        }
+        result[indices[i]] = glm::vec3(values[3 * i], values[3 * i + 1], values[3 * i + 2]);
+      }
+    }
+    return result;
+  }
+
+  static std::vector<std::string> target_names(const tinygltf::Model& model) {
+    std::vector<std::string> names;
+    const tinygltf::Value& list = model.meshes[0].extras.Get("targetNames");
+    for (std::size_t i = 0; i < list.ArrayLen(); ++i) names.push_back(list.Get(static_cast<int>(i)).Get<std::string>());
+    return names;
+  }
+
+  int node(const tinygltf::Model& model, std::string_view name) {
+    for (std::size_t i = 0; i < model.nodes.size(); ++i) {
+      if (model.nodes[i].name == name) return static_cast<int>(i);
+    }
+    ADD_FAILURE() << "no node " << name;
+    return -1;
+  }
+
+  Face face_ = test_face();
+  program::Image image_ = test_program(kClips);
+  Rig rig_ = bind(face_, image_.program()).value();
+};
+
+TEST_F(GltfExport, GivesTheSameBytesTwice) {
+  const auto a = export_glb(face_, rig_, image_.program(), {});
+  const auto b = export_glb(face_, rig_, image_.program(), {});
+  ASSERT_TRUE(a.has_value());
+  EXPECT_EQ(*a, *b);
+}
+
+TEST_F(GltfExport, WritesOnlyTheTargetsThatClipsUse) {
+  const auto some = export_glb(face_, rig_, image_.program(), only_default());
+  ASSERT_TRUE(some.has_value());
+  const std::vector<std::string> expected{"AU12L", "AU26", "AU45L", "AU64"};
+  EXPECT_EQ(target_names(read(*some)), expected);
+  const auto all = export_glb(face_, rig_, image_.program(), {{"Default"}, true, false});
+  const std::vector<std::string> every{"AU1L", "AU1R", "AU5L",  "AU5R",  "AU7L",  "AU7R",  "AU12L", "AU12R",
+                                       "AU18", "AU26", "AU34L", "AU34R", "AU45L", "AU45R", "AU63",  "AU64"};
+  EXPECT_EQ(target_names(read(*all)), every);
+}
+
+TEST_F(GltfExport, TargetsCarryTheSurface) {
+  for (const bool dense : {false, true}) {
+    const auto bytes = export_glb(face_, rig_, image_.program(), {{}, true, dense});
+    ASSERT_TRUE(bytes.has_value());
+    const tinygltf::Model model = read(*bytes);
+    const std::vector<std::string> names = target_names(model);
+    ASSERT_EQ(model.meshes[0].weights.size(), names.size());
+    ASSERT_EQ(model.meshes[0].primitives.size(), 2U);
+    Pose rest = make_pose(face_, rig_);
+    Pose pose = make_pose(face_, rig_);
+    std::vector<float> values(rig_.channel_count(), 0.0F);
+    pose_face(face_, rig_, values, rest);
+    for (std::size_t t = 0; t < names.size(); ++t) {
+      const auto& first = model.meshes[0].primitives[0].targets[t];
+      EXPECT_EQ(first, model.meshes[0].primitives[1].targets[t]);  // one set of deltas for every material
+      if (names[t] == "AU63" || names[t] == "AU64") continue;
+      std::size_t c = 0;
+      while (image_.program().string(image_.program().channels[c].name) != names[t]) ++c;
+      values[c] = 1.0F;
+      pose_face(face_, rig_, values, pose);
+      values[c] = 0.0F;
+      const std::vector<glm::vec3> deltas = vectors(model, first.at("POSITION"));
+      glm::vec3 low = deltas[0];
+      glm::vec3 high = deltas[0];
+      for (std::size_t v = 0; v < deltas.size(); ++v) {
+        const glm::vec3 miss = rest.positions[v] + deltas[v] - pose.positions[v];
+        ASSERT_LT(std::abs(miss.x) + std::abs(miss.y) + std::abs(miss.z), 2e-6F) << names[t];
+        low = glm::min(low, deltas[v]);
+        high = glm::max(high, deltas[v]);
+      }
+      const tinygltf::Accessor& a = model.accessors[static_cast<std::size_t>(first.at("POSITION"))];
+      EXPECT_EQ(a.sparse.isSparse, !dense);
+      for (int i = 0; i < 3; ++i) {
+        EXPECT_EQ(static_cast<float>(a.minValues[static_cast<std::size_t>(i)]), low[i]);
+        EXPECT_EQ(static_cast<float>(a.maxValues[static_cast<std::size_t>(i)]), high[i]);
+      }
+    }
+  }
+}
+
+TEST_F(GltfExport, ClipsComeInOrderAndSetEverything) {
+  const auto bytes = export_glb(face_, rig_, image_.program(), {});
+  ASSERT_TRUE(bytes.has_value());
+  const tinygltf::Model model = read(*bytes);
+  ASSERT_EQ(model.animations.size(), 3U);
+  EXPECT_EQ(model.animations[0].name, "Default");
+  EXPECT_EQ(model.animations[1].name, "a_b");
+  EXPECT_EQ(model.animations[2].name, "a_b_2");
+  EXPECT_NEAR(model.animations[0].extras.Get("start_s").GetNumberAsDouble(), -0.2, 1e-9);
+  EXPECT_EQ(model.animations[0].extras.Get("kind").Get<std::string>(), "expression");
+  const std::size_t channels = model.animations[0].channels.size();
+  const std::size_t targets = model.meshes[0].weights.size();
+  for (const tinygltf::Animation& animation : model.animations) {
+    EXPECT_EQ(animation.channels.size(), channels);
+    std::set<std::pair<int, std::string>> seen;
+    for (const tinygltf::AnimationChannel& channel : animation.channels) {
+      EXPECT_TRUE(seen.emplace(channel.target_node, channel.target_path).second);
+      const tinygltf::AnimationSampler& sampler = animation.samplers[static_cast<std::size_t>(channel.sampler)];
+      EXPECT_EQ(sampler.interpolation, "LINEAR");
+      const tinygltf::Accessor& input = model.accessors[static_cast<std::size_t>(sampler.input)];
+      const tinygltf::Accessor& output = model.accessors[static_cast<std::size_t>(sampler.output)];
+      const float* times = floats(model, input.bufferView);
+      EXPECT_EQ(times[0], 0.0F);
+      for (std::size_t i = 1; i < input.count; ++i) EXPECT_LT(times[i - 1], times[i]);
+      EXPECT_EQ(output.count, input.count * (channel.target_path == "weights" ? targets : 1));
+    }
+  }
+}
+
+TEST_F(GltfExport, WeightsAreTheCurvesToTheStatedBound) {
+  const auto bytes = export_glb(face_, rig_, image_.program(), only_default());
+  ASSERT_TRUE(bytes.has_value());
+  const tinygltf::Model model = read(*bytes);
+  const program::Program& program = image_.program();
+  const program::Clip& clip = *program.find_clip("Default");
+  const tinygltf::Animation& animation = model.animations[0];
+  const tinygltf::AnimationSampler& sampler = animation.samplers[0];
+  ASSERT_EQ(animation.channels[0].target_path, "weights");
+  const tinygltf::Accessor& input = model.accessors[static_cast<std::size_t>(sampler.input)];
+  const float* times = floats(model, input.bufferView);
+  const float* weights = floats(model, model.accessors[static_cast<std::size_t>(sampler.output)].bufferView);
+  EXPECT_LT(input.count, 120U);  // 1.2 s; a key for every frame at 60 Hz would be 72 for the smooth parts alone
+  std::vector<float> values(rig_.channel_count());
+  std::size_t au12 = 0;
+  while (program.string(program.channels[au12].name) != "AU12L") ++au12;
+  std::size_t au26 = 0;
+  while (program.string(program.channels[au26].name) != "AU26") ++au26;
+  std::size_t gaze = 0;
+  while (program.string(program.channels[gaze].name) != "gaze_pitch") ++gaze;
+  double worst = 0.0;
+  for (int i = 0; i <= 1200; ++i) {
+    const double t = i * 0.001;
+    std::fill(values.begin(), values.end(), 0.0F);
+    program::evaluate(program, clip, clip.start_ns + static_cast<std::int64_t>(i) * 1'000'000, values);
+    std::size_t k = 0;
+    while (k + 2 < input.count && static_cast<double>(times[k + 1]) <= t) ++k;
+    const double u =
+        std::clamp((t - static_cast<double>(times[k])) / static_cast<double>(times[k + 1] - times[k]), 0.0, 1.0);
+    const auto read_weight = [&](std::size_t target) {
+      const double a = static_cast<double>(weights[4 * k + target]);
+      const double b = static_cast<double>(weights[4 * (k + 1) + target]);
+      return a + u * (b - a);
+    };
+    worst = std::max(worst, std::abs(read_weight(0) - static_cast<double>(values[au12])));
+    worst = std::max(worst, std::abs(read_weight(3) - std::max(-static_cast<double>(values[gaze]), 0.0)));
+    // the held values jump: within 1 ms of a jump anything between is right
+    if (i % 100 > 1 && i % 100 < 99) {
+      worst = std::max(worst, std::abs(read_weight(1) - static_cast<double>(values[au26])));
+    }
+  }
+  EXPECT_LE(worst, 0.0021);
+}
+
+TEST_F(GltfExport, NodesStandWhereTheFramesTurn) {
+  const auto bytes = export_glb(face_, rig_, image_.program(), {});
+  ASSERT_TRUE(bytes.has_value());
+  const tinygltf::Model model = read(*bytes);
+  EXPECT_EQ(model.asset.generator, "nmsc");
+  std::set<std::string> names;
+  for (const tinygltf::Node& n : model.nodes) {
+    EXPECT_TRUE(names.insert(n.name).second) << n.name;
+    for (const char c : n.name) EXPECT_TRUE(std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-');
+  }
+  const auto has_child = [&](std::string_view parent, std::string_view child) {
+    const std::vector<int>& children = model.nodes[static_cast<std::size_t>(node(model, parent))].children;
+    return std::find(children.begin(), children.end(), node(model, child)) != children.end();
+  };
+  EXPECT_TRUE(has_child("root", "torso"));
+  EXPECT_TRUE(has_child("torso", "head"));
+  EXPECT_TRUE(has_child("torso", "collar"));
+  EXPECT_TRUE(has_child("head", "jaw"));
+  EXPECT_TRUE(has_child("head", "eye_left"));
+  EXPECT_TRUE(has_child("head", "teeth_upper"));
+  EXPECT_TRUE(has_child("jaw", "teeth_lower"));
+  EXPECT_TRUE(has_child("eye_left", "eyeball"));
+  EXPECT_TRUE(has_child("eye_right", "eyeball_2"));
+  ASSERT_EQ(model.skins.size(), 1U);
+  const int skin_node = node(model, "skin");
+  EXPECT_EQ(model.nodes[static_cast<std::size_t>(skin_node)].skin, 0);
+  EXPECT_EQ(model.scenes[0].nodes, (std::vector<int>{node(model, "root"), skin_node}));
+}
+
+TEST_F(GltfExport, RefusesAClipThatThereIsNot) {
+  const auto bytes = export_glb(face_, rig_, image_.program(), {{"nobody"}, false, false});
+  ASSERT_FALSE(bytes.has_value());
+  EXPECT_EQ(bytes.error().kind, "unknown_clip");
+}
+
+TEST(AnimationKeys, DropsWhatTheOthersImply) {
+  const std::vector<std::int64_t> breaks{0, 100'000'000, 200'000'000, 1'000'000'000};
+  const Keys straight = fit_keys(breaks, 1, Interpolation::linear, 0.002, [](std::int64_t t, std::span<float> out) {
+    out[0] = static_cast<float>(static_cast<double>(t) * 1e-9);
+  });
+  EXPECT_EQ(straight.times, (std::vector<float>{0.0F, 1.0F}));
+  const Keys bent = fit_keys(breaks, 1, Interpolation::linear, 0.002, [](std::int64_t t, std::span<float> out) {
+    const double u = static_cast<double>(t) * 1e-9;
+    out[0] = static_cast<float>(u * u * (3.0 - 2.0 * u));
+  });
+  EXPECT_GT(bent.times.size(), 8U);
+  EXPECT_LT(bent.times.size(), 40U);
+}
+
+}  // namespace
+}  // namespace nms::runtime
