@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-// The permitted arrows between rooms. This table is the architecture; DESIGN and docs/architecture.md draw it.
+// The permitted arrows between rooms. This table is the architecture; docs/architecture.md draws it.
 namespace {
 
 namespace fs = std::filesystem;
