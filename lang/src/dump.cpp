@@ -19,6 +19,30 @@ void quote(std::string& out, std::string_view text) {
   out += '\'';
 }
 
+// Nodes that say something by their own words.
+bool is_worded(NodeKind kind) {
+  switch (kind) {
+    case NodeKind::error:
+    case NodeKind::doc_comment:
+    case NodeKind::function:
+    case NodeKind::sides:
+    case NodeKind::muscle_kind:
+    case NodeKind::au_token:
+    case NodeKind::name:
+    case NodeKind::quantity:
+    case NodeKind::string:
+    case NodeKind::gloss:
+    case NodeKind::fill:
+    case NodeKind::edge_sign:
+    case NodeKind::anchor:
+    case NodeKind::condition:
+    case NodeKind::comparison:
+      return true;
+    default:
+      return false;
+  }
+}
+
 }  // namespace
 
 std::string dump(const Tree& tree) {
@@ -30,10 +54,7 @@ std::string dump(const Tree& tree) {
     while (!ends.empty() && ends.back() <= i) ends.pop_back();
     out.append(2 * ends.size(), ' ');
     out += identifier(n.kind);
-    // Inner nodes whose words matter show them too.
-    const bool leaf = n.next == i + 1;
-    const bool worded = n.kind == NodeKind::anchor || n.kind == NodeKind::condition;
-    if ((leaf || worded) && n.end > n.begin) {
+    if (is_worded(n.kind) && n.end > n.begin) {
       out += ' ';
       quote(out, tree.source().slice({n.begin, n.end}));
     }
@@ -44,7 +65,7 @@ std::string dump(const Tree& tree) {
     if ((n.flags & kFlagMinus) != 0) out += " minus";
     if ((n.flags & kFlagError) != 0) out += " [error]";
     out += '\n';
-    if (!leaf) ends.push_back(n.next);
+    if (n.next != i + 1) ends.push_back(n.next);
   }
   return out;
 }

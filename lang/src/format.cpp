@@ -215,6 +215,16 @@ class Formatter {
     last_end_ = list.empty() ? close_at : list.front().node().begin;
     bool first = true;
     for (NodeRef n : list) {
+      // Signs of one line stay together as far as they fit.
+      const bool together = between == Between::blanks && !first && !comment_before(n.node().begin) &&
+                            one_line(last_end_, n.node().begin) && try_flat([&] {
+                              put("  ");
+                              statement(n);
+                            });
+      if (together) {
+        last_end_ = n.node().end;
+        continue;
+      }
       next_line(n.node().begin, first);
       first = false;
       statement(n);

@@ -89,6 +89,7 @@ void Parser::declaration() {
   if (token_.kind == Tok::right_brace) {
     // A run of stray braces is one fault.
     const std::uint32_t begin = token_.begin;
+    token_.line_break = false;
     unexpected("a declaration", "remove the `}`, or open its block with `{` before");
     panic_ = false;
     std::uint32_t end = begin;

@@ -26,8 +26,10 @@ void Parser::check_quantity() {
   } else if (!unit.empty() && !read_quantity("1" + unit)) {
     static const std::vector<std::string> kUnits = {"%", "s", "ms", "us", "deg", "Hz", "x", "mm", "cm"};
     std::vector<std::string> near = nearest(unit, kUnits, 1);
+    // Of one letter, every other is one edit away.
+    if (unit.size() == 1) near.clear();
     // What people write for them elsewhere.
-    if (unit == "sec" || unit == "secs" || unit == "seconds" || unit == "second") near = {"s"};
+    if (unit == "sec" || unit == "secs" || unit == "seconds" || unit == "second" || unit == "S") near = {"s"};
     if (unit == "msec" || unit == "msecs" || unit == "milliseconds") near = {"ms"};
     if (unit == "degrees" || unit == "degree" || unit == "d") near = {"deg"};
     if (unit == "hertz" || unit == "hz") near = {"Hz"};
@@ -185,6 +187,7 @@ bool Parser::options() {
     while (token_.kind == Tok::semicolon) advance();
     if (token_.kind == Tok::right_brace) break;
     if (token_.kind == Tok::eof || declaration_begins_here()) {
+      token_.ends = false;
       unclosed('{', opener);
       closed = false;
       break;

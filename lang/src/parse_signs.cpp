@@ -49,18 +49,37 @@ void Parser::sign_items(char opener, std::uint32_t opener_at) {
       bracket(label);
     else
       sign();
-    // A block that a bracket left open stays for the callers to see.
-    if (panic_ && token_.kind != Tok::eof && token_.kind != Tok::right_brace && !declaration_begins_here()) {
+    if (panic_ && token_.kind != Tok::eof && !declaration_begins_here()) {
       panic_ = false;
-      if (token_.begin == begin) {
-        const std::uint32_t end = token_.end;
-        lexer_.set_place(end);
-        leaf(NodeKind::error);
+      // At a closer nothing is skipped: the loop tells whose it is.
+      if (token_.kind != Tok::right_brace && token_.kind != Tok::right_bracket) {
+        if (token_.kind == Tok::left_brace)
+          skip_braces();
+        else if (token_.begin == begin)
+          leaf(NodeKind::error);
+        recover_sign();
       }
-      recover_sign();
     }
     poison_ = poisoned;
   }
+}
+
+// Skips `{ ... }`, in which no brackets of signs stand.
+void Parser::skip_braces() {
+  const std::uint32_t begin = token_.begin;
+  std::uint32_t end = token_.end;
+  advance();
+  while (token_.kind != Tok::eof && token_.kind != Tok::right_brace && token_.kind != Tok::right_bracket &&
+         token_.kind != Tok::left_bracket && !token_.line_break) {
+    end = token_.end;
+    advance();
+  }
+  if (token_.kind == Tok::right_brace && !token_.line_break) {
+    end = token_.end;
+    advance();
+  }
+  leaf_of(NodeKind::error, begin, end);
+  tree_->nodes_.back().flags = kFlagError;
 }
 
 // Skips to the next blank: what is left of a sign.
@@ -156,13 +175,12 @@ void Parser::sign() {
   const std::size_t nodes = tree_->nodes_.size();
   const Node gloss_node = tree_->nodes_.back();
   const std::string_view text = text_.substr(gloss_node.begin, gloss_node.end - gloss_node.begin);
-  if (at(Tok::left_brace)) {
-    Open tag(*this, NodeKind::tag);
-    advance();
-    if (!name("a tag, as `WHERE{wh}`")) return;
-    if (!expect(Tok::right_brace, "`}`", "a tag is one name: `WHERE{wh}`")) return;
-  }
+  if (at(Tok::left_brace)) tag();
   if (at(Tok::at_sign) && !sign_time(text)) return;
+  if (at(Tok::left_brace)) {
+    soft_fail(here(), UnexpectedToken{seen(), "the next sign", "a tag stands before the time: `WHERE{wh}@0.4s..0.8s`"});
+    tag();
+  }
   if (at_word("as")) {
     const Token run = lexer_.gloss(token_);
     lexer_.set_place(token_.end);
@@ -186,6 +204,18 @@ void Parser::sign() {
     close_bracket();
     if (at(Tok::left_brace)) options();
   }
+}
+
+// A faulty tag is skipped whole, so that its `}` is not taken for another.
+void Parser::tag() {
+  Open node(*this, NodeKind::tag);
+  advance();
+  if (name("a tag, as `WHERE{wh}`") && expect(Tok::right_brace, "`}`", "a tag is one name: `WHERE{wh}`")) return;
+  panic_ = false;
+  while (token_.kind != Tok::eof && token_.kind != Tok::right_brace && token_.kind != Tok::right_bracket &&
+         token_.kind != Tok::left_bracket && !token_.line_break)
+    advance();
+  if (token_.kind == Tok::right_brace && !token_.line_break) advance();
 }
 
 bool Parser::sign_time(std::string_view gloss_text) {

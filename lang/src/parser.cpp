@@ -60,6 +60,10 @@ void Parser::advance() {
   token_.ends = token_.line_break && brackets_ == 0 && !goes_on(previous_);
   // `}` closes its block from any line.
   if (token_.kind == Tok::right_brace) token_.ends = false;
+  // Where a line goes on or a bracket is open, a declaration at the next line's beginning still ends it: its operand or
+  // closer was forgotten.
+  if (token_.line_break && !token_.ends && previous_ != Tok::left_brace && declaration_begins_here())
+    token_.ends = true;
 }
 
 void Parser::open_bracket() {
@@ -83,13 +87,13 @@ bool Parser::at_quantity() const {
 }
 
 Range Parser::here() const {
-  if (token_.ends || token_.kind == Tok::eof) return {previous_end_, previous_end_};
+  if (at_line_end() || token_.kind == Tok::eof) return {previous_end_, previous_end_};
   return {token_.begin, token_.end};
 }
 
 std::string Parser::seen() const {
   if (token_.kind == Tok::eof) return "the end of the file";
-  if (token_.ends) return "the end of the line";
+  if (at_line_end()) return "the end of the line";
   std::string_view text = slice(token_);
   constexpr std::size_t kMost = 40;
   if (text.size() <= kMost) return fmt::format("`{}`", text);
@@ -181,7 +185,13 @@ bool Parser::closing(Tok kind, char opener, std::uint32_t opener_at, std::string
     if (token_.line_break) token_.ends = true;
     return unclosed(opener, opener_at);
   }
-  return unexpected(expected);
+  if (panic_) return false;
+  if (token_.kind == Tok::invalid || token_.kind == Tok::open_string || token_.kind == Tok::open_gloss)
+    return unexpected(expected);
+  if (Diagnostic* d = soft_fail(here(), UnexpectedToken{seen(), std::string(expected), ""}))
+    d->labels.push_back({tree_->source_, {opener_at, opener_at + 1}, "opened here"});
+  panic_ = true;
+  return false;
 }
 
 bool Parser::enter() {
@@ -221,6 +231,7 @@ void Parser::recover(std::uint32_t statement_begin) {
   bool moved = false;
   std::uint32_t end = begin;
   while (token_.kind != Tok::eof) {
+    split_open_string();
     if (depth == 0) {
       if ((moved || !must_move) && (token_.line_break && (moved || token_.ends))) break;
       if (token_.kind == Tok::semicolon || token_.kind == Tok::right_brace) break;
@@ -242,6 +253,15 @@ void Parser::recover(std::uint32_t statement_begin) {
   }
 }
 
+// A string that its line ends has swallowed the brace there, if there is one. Given back, it keeps blocks in step.
+void Parser::split_open_string() {
+  if (token_.kind != Tok::open_string || token_.end - token_.begin < 2) return;
+  const char last = text_[token_.end - 1];
+  if (last != '{' && last != '}') return;
+  token_.begin = token_.end - 1;
+  token_.kind = last == '{' ? Tok::left_brace : Tok::right_brace;
+}
+
 // After a fault in a block's header: goes on at its `{`, if the line has one, so that what is inside is still read.
 void Parser::skip_to_block() {
   if (!panic_) return;
@@ -249,9 +269,11 @@ void Parser::skip_to_block() {
   const int brackets = std::exchange(brackets_, 0);
   const std::uint32_t begin = token_.begin;
   std::uint32_t end = begin;
+  split_open_string();
   while (!at_statement_end() && token_.kind != Tok::left_brace) {
     end = token_.end;
     advance();
+    split_open_string();
   }
   if (!at(Tok::left_brace)) {
     go_back(start);

@@ -41,6 +41,9 @@ class Parser {
   [[nodiscard]] bool at_statement_end() const {
     return token_.ends || token_.kind == Tok::semicolon || token_.kind == Tok::right_brace || token_.kind == Tok::eof;
   }
+  [[nodiscard]] bool at_line_end() const {
+    return token_.ends || (token_.kind == Tok::right_brace && token_.line_break && brackets_ == 0);
+  }
   /// A number, or a sign and a number with no blank between.
   [[nodiscard]] bool at_quantity() const;
   [[nodiscard]] std::string_view slice(const Token& t) const { return text_.substr(t.begin, t.end - t.begin); }
@@ -100,6 +103,7 @@ class Parser {
   void leave() { --nesting_; }
   void recover(std::uint32_t statement_begin);
   void skip_to_block();
+  void split_open_string();
   [[nodiscard]] bool declaration_begins_here() const;
   /// `{ items }` of statements. `item` parses one; it need not clean up after itself.
   template <typename Item>
@@ -184,9 +188,11 @@ class Parser {
   bool signs();
   void sign_items(char opener, std::uint32_t opener_at);
   void sign();
+  void tag();
   bool sign_time(std::string_view gloss_text);
   void bracket(std::uint32_t label_end);
   void recover_sign();
+  void skip_braces();
   [[nodiscard]] std::uint32_t bracket_label() const;
 
   void finish_wraps();
@@ -243,9 +249,16 @@ void Parser::statement(Item item) {
 template <typename Item>
 bool Parser::block(Item item) {
   if (!at(Tok::left_brace)) {
-    if (token_.ends && token_.kind == Tok::left_brace)
-      return unexpected("`{`", "write `{` on the same line: a line break ends the statement");
-    return unexpected("`{`");
+    const bool next_line = token_.ends && token_.kind == Tok::left_brace;
+    unexpected("`{`", next_line ? "write `{` on the same line: a line break ends the statement" : "");
+    // The block is read all the same, wherever it begins.
+    if (next_line) {
+      token_.ends = false;
+      panic_ = false;
+    } else {
+      skip_to_block();
+    }
+    if (panic_) return false;
   }
   const std::uint32_t opener = token_.begin;
   if (!enter()) return false;
@@ -258,6 +271,7 @@ bool Parser::block(Item item) {
     while (token_.kind == Tok::semicolon) advance();
     if (token_.kind == Tok::right_brace) break;
     if (token_.kind == Tok::eof || declaration_begins_here()) {
+      token_.ends = false;
       unclosed('{', opener);
       panic_ = false;
       closed = false;
