@@ -46,6 +46,12 @@ struct Target {
   std::string name;
 };
 
+// A node whose mesh has targets.
+struct Morphed {
+  int node = 0;
+  std::vector<Target> targets;
+};
+
 // Unique names of [A-Za-z0-9_-]: some viewers strip other characters, and bind by name.
 class Names {
  public:
@@ -213,7 +219,7 @@ class Export {
 
   tl::expected<std::vector<std::byte>, Failure> run() {
     if (auto failure = choose_clips()) return tl::unexpected(std::move(*failure));
-    choose_targets();
+    skin_targets_ = choose_targets([&](ChannelId c) { return rig_.moves_skin(c); });
     model_.asset.version = "2.0";
     model_.asset.generator = "nmsc";
     add_materials();
@@ -261,14 +267,17 @@ class Export {
     return false;
   }
 
-  void choose_targets() {
+  // Targets of the channels that `moves` says move a mesh, in the order of the channels.
+  template <typename Moves>
+  std::vector<Target> choose_targets(Moves moves) const {
     Names names;
+    std::vector<Target> targets;
     for (std::uint32_t c = 0; c < program_.channels.size(); ++c) {
       const program::Channel& channel = program_.channels[c];
-      if (!rig_.moves_skin(ChannelId{c})) continue;
+      if (!moves(ChannelId{c})) continue;
       const auto add = [&](float sign, program::StringId name) {
         if (!options_.all_targets && !used(c, sign)) return;
-        targets_.push_back({c, sign, names.unique(program_.string(name))});
+        targets.push_back({c, sign, names.unique(program_.string(name))});
       };
       if (channel.kind == ChannelKind::action_unit) {
         add(1.0F, channel.name);
@@ -277,6 +286,7 @@ class Export {
         add(-1.0F, channel.negative);
       }
     }
+    return targets;
   }
 
   void add_materials() {
@@ -339,21 +349,7 @@ class Export {
     if (!face_.skin.colors.empty()) shared.attributes["COLOR_0"] = writer_.vectors(face_.skin.colors, false);
     add_joints(shared);
 
-    std::vector<glm::vec3> moved(vertex_count);
-    std::vector<glm::vec3> turned(vertex_count);
-    for (const Target& target : targets_) {
-      values_[target.channel] = target.sign;
-      pose_face(face_, rig_, values_, pose_);
-      values_[target.channel] = 0.0F;
-      for (std::size_t v = 0; v < vertex_count; ++v) {
-        moved[v] = without_dust(pose_.positions[v] - positions[v], kPositionDust);
-        turned[v] = without_dust(pose_.normals[v] - normals[v], kNormalDust);
-      }
-      std::map<std::string, int> attributes;
-      attributes["POSITION"] = options_.dense ? writer_.vectors(moved, true) : writer_.sparse_vectors(moved, true);
-      attributes["NORMAL"] = options_.dense ? writer_.vectors(turned, false) : writer_.sparse_vectors(turned, false);
-      shared.targets.push_back(std::move(attributes));
-    }
+    add_targets(shared, skin_targets_, positions, normals, pose_.positions, pose_.normals);
 
     tinygltf::Mesh mesh;
     mesh.name = "skin";
@@ -365,20 +361,45 @@ class Export {
       mesh.primitives.push_back(std::move(p));
     }
     if (mesh.primitives.empty()) return;
-    if (!targets_.empty()) {
-      mesh.weights.assign(targets_.size(), 0.0);
-      tinygltf::Value::Array target_names;
-      for (const Target& target : targets_) target_names.emplace_back(target.name);
-      mesh.extras = tinygltf::Value(tinygltf::Value::Object{{"targetNames", tinygltf::Value(target_names)}});
-    }
+    name_targets(mesh, skin_targets_);
     model_.meshes.push_back(std::move(mesh));
 
     // A root of the scene of its own: the transforms above a skinned mesh do not count.
-    skin_node_ = add_node("skin", -1, glm::dvec3(0.0));
-    tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(skin_node_)];
+    const int index = add_node("skin", -1, glm::dvec3(0.0));
+    tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
     node.mesh = static_cast<int>(model_.meshes.size()) - 1;
     node.skin = 0;
-    model_.scenes[0].nodes.push_back(skin_node_);
+    model_.scenes[0].nodes.push_back(index);
+    if (!skin_targets_.empty()) morphed_.push_back({index, skin_targets_});
+  }
+
+  // Poses the face at each target alone; `posed` and `posed_normals` are where the pose keeps this mesh.
+  void add_targets(tinygltf::Primitive& primitive, const std::vector<Target>& targets,
+                   const std::vector<glm::vec3>& positions, const std::vector<glm::vec3>& normals,
+                   const std::vector<glm::vec3>& posed, const std::vector<glm::vec3>& posed_normals) {
+    std::vector<glm::vec3> moved(positions.size());
+    std::vector<glm::vec3> turned(positions.size());
+    for (const Target& target : targets) {
+      values_[target.channel] = target.sign;
+      pose_face(face_, rig_, values_, pose_);
+      values_[target.channel] = 0.0F;
+      for (std::size_t v = 0; v < positions.size(); ++v) {
+        moved[v] = without_dust(posed[v] - positions[v], kPositionDust);
+        turned[v] = without_dust(posed_normals[v] - normals[v], kNormalDust);
+      }
+      std::map<std::string, int> attributes;
+      attributes["POSITION"] = options_.dense ? writer_.vectors(moved, true) : writer_.sparse_vectors(moved, true);
+      attributes["NORMAL"] = options_.dense ? writer_.vectors(turned, false) : writer_.sparse_vectors(turned, false);
+      primitive.targets.push_back(std::move(attributes));
+    }
+  }
+
+  static void name_targets(tinygltf::Mesh& mesh, const std::vector<Target>& targets) {
+    if (targets.empty()) return;
+    mesh.weights.assign(targets.size(), 0.0);
+    tinygltf::Value::Array names;
+    for (const Target& target : targets) names.emplace_back(target.name);
+    mesh.extras = tinygltf::Value(tinygltf::Value::Object{{"targetNames", tinygltf::Value(names)}});
   }
 
   static glm::vec3 without_dust(glm::vec3 d, float dust) {
@@ -415,7 +436,13 @@ class Export {
   void add_rigid_meshes() {
     Names mesh_names;
     mesh_names.unique("skin");
-    for (const RigidMesh& rigid : face_.rigid) {
+    std::fill(values_.begin(), values_.end(), 0.0F);
+    for (std::uint32_t index = 0; index < face_.rigid.size(); ++index) {
+      const RigidMesh& rigid = face_.rigid[index];
+      std::vector<Target> targets;
+      if (!pose_.parts[index].empty()) {
+        targets = choose_targets([&](ChannelId c) { return rig_.moves_part(c, index); });
+      }
       tinygltf::Mesh mesh;
       std::vector<glm::vec3> positions(rigid.positions.size());
       const glm::dvec3 origin = pivot(rigid.frame);
@@ -429,6 +456,7 @@ class Export {
         if (!written) {
           shared.attributes["POSITION"] = writer_.vectors(positions, true);
           shared.attributes["NORMAL"] = writer_.vectors(rigid.normals, false);
+          add_targets(shared, targets, rigid.positions, rigid.normals, pose_.parts[index], pose_.part_normals[index]);
           written = true;
         }
         tinygltf::Primitive p = shared;
@@ -438,9 +466,11 @@ class Export {
       }
       if (mesh.primitives.empty()) continue;
       mesh.name = mesh_names.unique(rigid.name);
+      name_targets(mesh, targets);
       model_.meshes.push_back(std::move(mesh));
       const int node = add_node(rigid.name, frame_nodes_[index_of(rigid.frame)], glm::dvec3(0.0));
       model_.nodes[static_cast<std::size_t>(node)].mesh = static_cast<int>(model_.meshes.size()) - 1;
+      if (!targets.empty()) morphed_.push_back({node, std::move(targets)});
     }
   }
 
@@ -471,7 +501,7 @@ class Export {
       }
     }
     // An animation needs at least one channel.
-    if (targets_.empty() && std::none_of(turns_.begin(), turns_.end(), [](bool b) { return b; }) &&
+    if (morphed_.empty() && std::none_of(turns_.begin(), turns_.end(), [](bool b) { return b; }) &&
         std::none_of(shifts_.begin(), shifts_.end(), [](bool b) { return b; })) {
       turns_[index_of(Frame::head)] = true;
     }
@@ -482,15 +512,16 @@ class Export {
     animation.name = clip_names_.unique(program_.string(clip.name));
     const std::vector<std::int64_t> breaks = break_times(program_, clip);
 
-    if (skin_node_ >= 0 && !targets_.empty()) {
-      const Keys keys = fit_keys(breaks, targets_.size(), Interpolation::linear, kWeightTolerance,
+    for (const Morphed& morphed : morphed_) {
+      const std::vector<Target>& targets = morphed.targets;
+      const Keys keys = fit_keys(breaks, targets.size(), Interpolation::linear, kWeightTolerance,
                                  [&](std::int64_t t, std::span<float> out) {
                                    evaluate_clip(clip, t);
-                                   for (std::size_t i = 0; i < targets_.size(); ++i) {
-                                     out[i] = std::max(values_[targets_[i].channel] * targets_[i].sign, 0.0F);
+                                   for (std::size_t i = 0; i < targets.size(); ++i) {
+                                     out[i] = std::max(values_[targets[i].channel] * targets[i].sign, 0.0F);
                                    }
                                  });
-      add_channel(animation, skin_node_, "weights", keys, 1, TINYGLTF_TYPE_SCALAR);
+      add_channel(animation, morphed.node, "weights", keys, 1, TINYGLTF_TYPE_SCALAR);
     }
     for (std::size_t f = 0; f < kFrameCount; ++f) {
       if (turns_[f]) {
@@ -597,14 +628,14 @@ class Export {
   Pose pose_;
   std::vector<float> values_;  // one for each channel
   std::vector<const Clip*> clips_;
-  std::vector<Target> targets_;
+  std::vector<Target> skin_targets_;
+  std::vector<Morphed> morphed_;
   Names node_names_;
   Names clip_names_;
   std::array<int, kFrameCount> frame_nodes_{};
   std::array<bool, kFrameCount> turns_{};
   std::array<bool, kFrameCount> shifts_{};
   std::map<std::vector<float>, int> times_;  // input accessors already written
-  int skin_node_ = -1;
 };
 
 }  // namespace

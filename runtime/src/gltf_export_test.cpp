@@ -193,7 +193,8 @@ TEST_F(GltfExport, ClipsComeInOrderAndSetEverything) {
       const float* times = floats(model, input.bufferView);
       EXPECT_EQ(times[0], 0.0F);
       for (std::size_t i = 1; i < input.count; ++i) EXPECT_LT(times[i - 1], times[i]);
-      EXPECT_EQ(output.count, input.count * (channel.target_path == "weights" ? targets : 1));
+      const bool is_skin = channel.target_node == node(model, "skin");
+      EXPECT_EQ(output.count, input.count * (is_skin ? targets : 1));
     }
   }
 }
@@ -269,6 +270,21 @@ TEST_F(GltfExport, NodesStandWhereTheFramesTurn) {
   const int skin_node = node(model, "skin");
   EXPECT_EQ(model.nodes[static_cast<std::size_t>(skin_node)].skin, 0);
   EXPECT_EQ(model.scenes[0].nodes, (std::vector<int>{node(model, "root"), skin_node}));
+}
+
+TEST_F(GltfExport, TheTongueHasATargetOfItsOwn) {
+  const auto bytes = export_glb(face_, rig_, image_.program(), {{}, true, false});
+  ASSERT_TRUE(bytes.has_value());
+  const tinygltf::Model model = read(*bytes);
+  const tinygltf::Node& tongue = model.nodes[static_cast<std::size_t>(node(model, "tongue"))];
+  const tinygltf::Mesh& mesh = model.meshes[static_cast<std::size_t>(tongue.mesh)];
+  ASSERT_EQ(mesh.weights.size(), 1U);
+  EXPECT_EQ(mesh.extras.Get("targetNames").Get(0).Get<std::string>(), "AU19");
+  for (const tinygltf::Animation& animation : model.animations) {
+    EXPECT_TRUE(std::any_of(animation.channels.begin(), animation.channels.end(), [&](const auto& channel) {
+      return channel.target_node == node(model, "tongue") && channel.target_path == "weights";
+    }));
+  }
 }
 
 TEST_F(GltfExport, RefusesAClipThatThereIsNot) {

@@ -39,6 +39,9 @@ struct RigParts {
   std::optional<Failure> read_muscles();
   std::optional<Failure> read_eyelid(std::uint32_t index, const glm::dvec3& centre, const glm::dvec3& margin);
   std::optional<Failure> read_hinge(std::uint32_t index, const glm::dvec3& axis);
+  std::string face_region(const Muscle& muscle) const;
+  std::optional<std::uint32_t> part_named(std::string_view name) const;
+  void bend_part(std::uint32_t index, std::uint32_t mesh, const glm::dvec3& axis);
   std::optional<Failure> make_lids();
   std::optional<Failure> read_axes();
   void make_pivots();
@@ -297,8 +300,13 @@ std::optional<Failure> RigParts::read_hinge(std::uint32_t index, const glm::dvec
   if (!frame) {
     return Failure{"missing_frame", name_of(muscle), "a hinge has no frame", "say which it moves: `frame jaw`"};
   }
-  rig.hinge_drives.push_back({index, *frame, static_cast<double>(muscle.angle), sided(muscle.slide, muscle.side)});
+  if (const auto mesh = part_named(program.string(muscle.region));
+      mesh && !face.regions.contains(face_region(muscle))) {
+    bend_part(index, *mesh, {0.0, axis.y, axis.z});
+    return std::nullopt;
+  }
   // Frames lie in the midline but for the eyes, so a hinge's axis does too.
+  rig.hinge_drives.push_back({index, *frame, static_cast<double>(muscle.angle), sided(muscle.slide, muscle.side)});
   rig.pivots[index_of(*frame)] = {0.0, axis.y, axis.z};
   if (*frame != Frame::jaw || muscle.region == program::StringId{}) return std::nullopt;
   const auto share = weights(muscle);
@@ -309,6 +317,38 @@ std::optional<Failure> RigParts::read_hinge(std::uint32_t index, const glm::dvec
     }
   }
   return std::nullopt;
+}
+
+std::string RigParts::face_region(const Muscle& muscle) const { return std::string(program.string(muscle.region)); }
+
+std::optional<std::uint32_t> RigParts::part_named(std::string_view name) const {
+  for (std::uint32_t i = 0; i < face.rigid.size(); ++i) {
+    if (face.rigid[i].name == name) return i;
+  }
+  return std::nullopt;
+}
+
+// From the rearmost vertex, which stays, to the foremost, which goes all the way.
+void RigParts::bend_part(std::uint32_t index, std::uint32_t mesh, const glm::dvec3& axis) {
+  const Muscle& muscle = program.muscles[index];
+  const std::vector<glm::vec3>& rest = face.rigid[mesh].positions;
+  RigTables::PartDrive drive{index, mesh, std::vector<glm::vec3>(rest.size(), glm::vec3(0.0F))};
+  double back = 0.0;
+  double front = 0.0;
+  for (std::size_t v = 0; v < rest.size(); ++v) {
+    const double z = static_cast<double>(rest[v].z);
+    back = v == 0 ? z : std::min(back, z);
+    front = v == 0 ? z : std::max(front, z);
+  }
+  if (front <= back) return;
+  const double angle = static_cast<double>(muscle.angle);
+  const glm::dvec3 slide = sided(muscle.slide, muscle.side);
+  for (std::size_t v = 0; v < rest.size(); ++v) {
+    const glm::dvec3 p(rest[v]);
+    const double weight = 1.0 - smooth_fall((p.z - back) / (front - back));
+    drive.displacements[v] = glm::vec3(weight * (turn_about_x(p, axis, sine(angle), cosine(angle)) - p + slide));
+  }
+  rig.part_drives.push_back(std::move(drive));
 }
 
 std::optional<Failure> RigParts::make_lids() {
@@ -456,6 +496,7 @@ void RigParts::mark_actuated() {
     moves[drive.muscle] = true;
     if (drive.frame == Frame::jaw && !rig.jaw_points.empty()) moves_skin[drive.muscle] = true;
   }
+  for (const RigTables::PartDrive& drive : rig.part_drives) moves[drive.muscle] = true;
   for (const program::Actuation& actuation : program.actuations) {
     const auto muscle = static_cast<std::size_t>(actuation.muscle);
     const auto channel = static_cast<std::size_t>(actuation.channel);
@@ -491,6 +532,16 @@ std::span<const Pull> Rig::activation(program::MuscleId muscle) const {
   return std::span(tables_.pulls).subspan(tables_.pull_begin[m], tables_.pull_begin[m + 1] - tables_.pull_begin[m]);
 }
 
+bool Rig::moves_part(program::ChannelId channel, std::uint32_t mesh) const {
+  for (const program::Actuation& actuation : tables_.actuations) {
+    if (actuation.channel != channel || actuation.share == 0.0F) continue;
+    for (const RigTables::PartDrive& drive : tables_.part_drives) {
+      if (drive.mesh == mesh && drive.muscle == static_cast<std::uint32_t>(actuation.muscle)) return true;
+    }
+  }
+  return false;
+}
+
 // ------------------------------------------------------------------------------------------------ posing
 
 Pose make_pose(const Face& face, const Rig& rig) {
@@ -500,6 +551,12 @@ Pose make_pose(const Face& face, const Rig& rig) {
   pose.x.resize(face.skin.points.size());
   pose.positions.resize(face.skin.surface.rows);
   pose.normals.resize(face.skin.surface.rows);
+  pose.parts.resize(face.rigid.size());
+  pose.part_normals.resize(face.rigid.size());
+  for (const RigTables::PartDrive& drive : rig.tables().part_drives) {
+    pose.parts[drive.mesh] = face.rigid[drive.mesh].positions;
+    pose.part_normals[drive.mesh] = face.rigid[drive.mesh].normals;
+  }
   return pose;
 }
 
@@ -663,6 +720,25 @@ void area_weighted_normals(std::span<const Primitive> primitives, std::span<cons
   }
 }
 
+void bend_parts(const Face& face, const Rig& rig, Pose& pose) {
+  const RigTables& t = rig.tables();
+  for (std::size_t mesh = 0; mesh < pose.parts.size(); ++mesh) {
+    std::vector<glm::vec3>& positions = pose.parts[mesh];
+    if (positions.empty()) continue;
+    const RigidMesh& rest = face.rigid[mesh];
+    std::copy(rest.positions.begin(), rest.positions.end(), positions.begin());
+    std::copy(rest.normals.begin(), rest.normals.end(), pose.part_normals[mesh].begin());
+    bool bent = false;
+    for (const RigTables::PartDrive& drive : t.part_drives) {
+      const float k = pose.contractions[drive.muscle];
+      if (drive.mesh != mesh || k == 0.0F) continue;
+      for (std::size_t v = 0; v < positions.size(); ++v) positions[v] += k * drive.displacements[v];
+      bent = true;
+    }
+    if (bent) area_weighted_normals(rest.primitives, positions, pose.part_normals[mesh]);
+  }
+}
+
 void make_surface(const Face& face, Pose& pose) {
   for (std::size_t i = 0; i < pose.points.size(); ++i) pose.x[i] = glm::vec3(pose.points[i]);
   multiply(face.skin.surface, pose.x, pose.positions);
@@ -675,6 +751,7 @@ void pose_face(const Face& face, const Rig& rig, std::span<const float> values, 
   turn_lids(rig, values, pose.contractions, pose.lids);
   move_frames(rig, values, pose.contractions, pose);
   move_points(face, rig, pose);
+  bend_parts(face, rig, pose);
   make_surface(face, pose);
 }
 

@@ -175,6 +175,23 @@ TEST_F(RigTest, TheJawTakesItsSkinAlong) {
   }
 }
 
+TEST_F(RigTest, TheTongueComesOutByItsTip) {
+  set("AU19", 1.0F);
+  pose();
+  std::size_t mesh = 0;
+  while (face_.rigid[mesh].name != "tongue") ++mesh;
+  const std::vector<glm::vec3>& rest = face_.rigid[mesh].positions;
+  ASSERT_EQ(pose_.parts[mesh].size(), rest.size());
+  for (std::size_t v = 0; v < rest.size(); ++v) {
+    const float expected = rest[v].z > 0.06F ? 0.02F : 0.0F;  // two vertices in front, two behind
+    EXPECT_NEAR(pose_.parts[mesh][v].z - rest[v].z, expected, 1e-6F);
+  }
+  const auto id = program::ChannelId{static_cast<std::uint32_t>(channel_index(image_.program(), "AU19"))};
+  EXPECT_TRUE(rig_.actuated(id));
+  EXPECT_FALSE(rig_.moves_skin(id));
+  EXPECT_TRUE(rig_.moves_part(id, static_cast<std::uint32_t>(mesh)));
+}
+
 TEST_F(RigTest, TheBustStaysWhenTheHeadTurns) {
   set("head_yaw", 1.0F);
   set("head_pitch", 0.5F);

@@ -126,6 +126,7 @@ Face test_face() {
   tetrahedron("eyeball", Frame::eye_right, {-kEyeX, kEyeY, kEyeZ});
   tetrahedron("teeth_upper", Frame::head, {0.0F, -0.025F, 0.08F});
   tetrahedron("teeth_lower", Frame::jaw, {0.0F, -0.045F, 0.08F});
+  tetrahedron("tongue", Frame::jaw, {0.0F, -0.04F, 0.06F});
   tetrahedron("collar", Frame::torso, {0.0F, -0.16F, 0.0F});
   return face;
 }
@@ -143,6 +144,7 @@ channels
   AU12L action_unit au 12 side left
   AU12R action_unit au 12 side right
   AU18 action_unit au 18
+  AU19 action_unit au 19
   AU26 action_unit au 26
   AU34L action_unit au 34 side left
   AU34R action_unit au 34 side right
@@ -249,6 +251,12 @@ muscle jaw_opener hinge
   region jaw
   angle 0.44
 
+muscle genioglossus hinge
+  frame jaw
+  attachment jaw_hinge
+  region tongue
+  slide 0 0 0.02
+
 actuations
   AU1L frontalis_L 1
   AU1R frontalis_R 1
@@ -261,6 +269,7 @@ actuations
   AU12L zygomatic_L 1
   AU12R zygomatic_R 1
   AU18 oris 1
+  AU19 genioglossus 1
   AU26 jaw_opener 0.5
   AU34L puff_L 1
   AU34R puff_R 1

@@ -82,6 +82,12 @@ struct RigTables {
     program::Frame frame = program::Frame::none;
     double full_scale = 0.0;  ///< [rad] or [m]
   };
+  /// What a hinge does to a rigid mesh that its `region` names: the tongue. Its root stays, its tip goes all the way.
+  struct PartDrive {
+    std::uint32_t muscle = 0;
+    std::uint32_t mesh = 0;                ///< index into Face::rigid
+    std::vector<glm::vec3> displacements;  ///< one for each vertex, at full contraction              [m]
+  };
   /// A point's share of the jaw's movement.
   struct JawPoint {
     std::uint32_t point = 0;
@@ -98,6 +104,7 @@ struct RigTables {
   std::vector<LidDrive> lid_drives;
   std::vector<HingeDrive> hinge_drives;
   std::vector<AxisDrive> axis_drives;
+  std::vector<PartDrive> part_drives;
   std::vector<JawPoint> jaw_points;
   std::array<glm::dvec3, kFrameCount> pivots{};  ///< by runtime::Frame                               [m]
   std::vector<float> head_share;                 ///< V in [0, 1]
@@ -117,6 +124,8 @@ class Rig {
   [[nodiscard]] bool moves_skin(program::ChannelId channel) const {
     return tables_.skin[static_cast<std::size_t>(channel)];
   }
+  /// Whether it bends a rigid mesh of the face (the tongue).
+  [[nodiscard]] bool moves_part(program::ChannelId channel, std::uint32_t mesh) const;
   /// Where a frame turns. [m]
   [[nodiscard]] glm::dvec3 pivot(Frame frame) const { return tables_.pivots[static_cast<std::size_t>(frame)]; }
   /// V shares in [0, 1]: 1 moves with the head, 0 stays with the torso.
@@ -131,14 +140,16 @@ class Rig {
 
 /// Everything one frame computes; made once for a rig, so that a frame allocates nothing. One for each thread.
 struct Pose {
-  std::vector<float> contractions;                ///< M, in [0, top]                                    [-]
-  std::array<LidState, kEyeCount> lids;           ///< final, after gaze and contact
-  std::array<FrameMotion, kFrameCount> motions;   ///< by runtime::Frame
-  std::array<Placement, kFrameCount> placements;  ///< the same, parents included
-  std::vector<glm::dvec3> points;                 ///< P, in the head at rest                            [m]
-  std::vector<glm::vec3> x;                       ///< P, the same in single precision                   [m]
-  std::vector<glm::vec3> positions;               ///< V, T x + offsets, in the head at rest             [m]
-  std::vector<glm::vec3> normals;                 ///< V, unit
+  std::vector<float> contractions;                   ///< M, in [0, top]                                    [-]
+  std::array<LidState, kEyeCount> lids;              ///< final, after gaze and contact
+  std::array<FrameMotion, kFrameCount> motions;      ///< by runtime::Frame
+  std::array<Placement, kFrameCount> placements;     ///< the same, parents included
+  std::vector<glm::dvec3> points;                    ///< P, in the head at rest                            [m]
+  std::vector<glm::vec3> x;                          ///< P, the same in single precision                   [m]
+  std::vector<glm::vec3> positions;                  ///< V, T x + offsets, in the head at rest             [m]
+  std::vector<glm::vec3> normals;                    ///< V, unit
+  std::vector<std::vector<glm::vec3>> parts;         ///< by rigid mesh: its vertices where it bends, else empty [m]
+  std::vector<std::vector<glm::vec3>> part_normals;  ///< the same, unit
 };
 
 /// Looks up landmarks and regions, computes activation sets, margins, pivots.
@@ -168,6 +179,9 @@ void move_frames(const Rig& rig, std::span<const float> values, std::span<const 
 
 /// Independent points: rest + pulls, lids, jaw. Needs contractions, lids and motions of `pose`.
 void move_points(const Face& face, const Rig& rig, Pose& pose);
+
+/// Rigid meshes that bend, at rest in their frame. Needs contractions.
+void bend_parts(const Face& face, const Rig& rig, Pose& pose);
 
 /// positions and normals from `pose.points`.
 void make_surface(const Face& face, Pose& pose);
