@@ -25,14 +25,14 @@ namespace nms::lang {
   X(timeline, "timeline")             /* name params? quantity? placement* */                                          \
   X(lexicon, "lexicon")               /* name string? extends? (entry | combine)* */                                   \
   X(extends, "extends")               /* name */                                                                       \
-  X(entry, "entry")                   /* name params? function? for_sign? (property|placement|when|optional|one_of)* */\
+  X(entry, "entry")                   /* name params? function? for_sign? (property|profile|placement|when|optional|one_of)* */ \
   X(function, "function")             /* no children; text is the word: syntactic, lexical ... */                      \
   X(for_sign, "for sign")             /* string or gloss */                                                            \
   X(combine, "combine")               /* name name (combine_rule)* */                                                  \
   X(combine_rule, "combine rule")     /* name(what) name(from which), as `head from neg` */                            \
-  X(utterance, "utterance")           /* name in? property* (signs | placement | when ...)* */                         \
+  X(utterance, "utterance")           /* name in? property* (signs | property | profile | placement | when)* */                         \
   X(in, "in")                         /* name */                                                                       \
-  X(discourse, "discourse")           /* name (role | locus | pause | role_shift | by | name)*; name = an utterance */ \
+  X(discourse, "discourse")           /* name in? (role|locus|pause|role_shift|by|name)*; name = an utterance */      \
   X(test, "test")                     /* string (play | expect)* */                                                    \
   X(au, "au")                         /* quantity(bare number) string sides? property* */                              \
   X(axis, "axis")                     /* name au_token au_token property*; `100% = 75deg` is a property named "100%" */\
@@ -47,17 +47,17 @@ namespace nms::lang {
   X(muscle_kind, "muscle kind")       /* no children; text: linear, sheet ... */                                       \
   X(place, "place")                   /* name(role: from to at about) name(landmark) vector?(offset) */                \
   X(vector, "vector")                 /* quantity quantity quantity */                                                 \
-  X(property, "property")             /* name|quantity value*; value = quantity name string gloss vector sum */        \
+  X(property, "property")             /* name|quantity value*; value = quantity name au_token string gloss vector sum */ \
   X(options, "options")               /* property* ; `{ onset 167ms lead 233ms }` */                                   \
   X(profile, "profile")               /* profile_point+ | name ; a property of its own form, inside options */         \
-  X(profile_point, "profile point")   /* quantity (name start|end | point)  */                                         \
+  X(profile_point, "profile point")   /* quantity (name start|end | point | gloss) */                                         \
   /* ---- what moves: sums of scaled things */                                                                        \
   X(sum, "sum")                       /* term+ */                                                                      \
-  X(term, "term")                     /* factor* primary; primary = au_token name call facs group */                   \
+  X(term, "term")                     /* factor* primary; primary = au_token name call facs group steps quantity */    \
   X(factor, "factor")                 /* quantity | name | group(arithmetic); flags: kFlagStar if `*` is written */    \
   X(group, "group")                   /* sum; `( ... )` */                                                             \
   X(call, "call")                     /* name argument*; also left(...), dominant(...) and `gaze addressee` forms */   \
-  X(argument, "argument")             /* name?(keyword, kFlagNamed) (sum | quantity | name | string); */               \
+  X(argument, "argument")             /* name?(keyword, kFlagNamed) (sum | quantity | name | string); a lone number or name is no sum */ \
   X(facs, "facs string")              /* string */                                                                     \
   X(steps, "steps")                   /* step+ ; `( 60%: A; 40%: B )` */                                               \
   X(step, "step")                     /* quantity sum options? */                                                      \
@@ -77,9 +77,9 @@ namespace nms::lang {
   X(span_end, "span end")             /* point | gloss | (tagged_sign | edge_sign) else? */                            \
   X(else_, "else")                    /* span_end */                                                                   \
   X(tagged_sign, "tagged sign")       /* name; `sign wh` */                                                            \
-  X(edge_sign, "edge sign")           /* text: `first sign`, `last sign`, `start`, `end` */                            \
+  X(edge_sign, "edge sign")           /* text: `first sign`, `last sign` (any blanks between), `start`, `end` */       \
   X(point, "point")                   /* quantity | anchor, then offset? ; `end of R + 30ms` */                        \
-  X(anchor, "anchor")                 /* gloss|name; text begins start of, end of, stroke end of, mark */              \
+  X(anchor, "anchor")                 /* gloss|name ? ; text begins start of, end of, stroke end of, mark; childless: start, end */ \
   X(offset, "offset")                 /* quantity; text holds the sign: `+ 30ms` */                                    \
   X(when, "when")                     /* condition (placement | property ...)* ; flags: kFlagUnless */                 \
   X(condition, "condition")           /* text; names inside as children */                                             \
