@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string>
+#include <unordered_set>
 
 #include <fmt/format.h>
 
@@ -98,21 +99,21 @@ std::optional<program::Draft> compile(const std::vector<std::shared_ptr<const la
   for (const LoadedFile& f : files)
     if (f.root) refuse(f, evaluator);
 
-  std::vector<std::string> names;
+  std::unordered_set<std::string> names;
   for (const ClipSource& source : clip_sources(files, declarations)) {
     const Declaration& d = *source.declaration;
     std::optional<ClipDraft> clip = source.lower(d, evaluator);
     if (!clip) continue;
     // Clips are named in files and players: one name, one clip. An entry gives way and takes its lexicon's name along.
-    if (std::find(names.begin(), names.end(), clip->name) != names.end()) {
+    if (names.count(clip->name) != 0) {
       if (clip->kind == program::ClipKind::entry)
         clip->name = fmt::format("{}_{}", declarations.lexicons[d.lexicon].declaration.name, clip->name);
-      if (std::find(names.begin(), names.end(), clip->name) != names.end()) {
+      if (names.count(clip->name) != 0) {
         evaluator.report({}, d.node.child(NodeKind::name), DuplicateName{"clip", clip->name});
         continue;
       }
     }
-    names.push_back(clip->name);
+    names.insert(clip->name);
     emitter.clip(*clip, merge(*clip, channels), channels);
     if (emitter.draft.knots.size() > kMaxKnots) {
       evaluator.report({}, d.node, TooLarge{"the program", fmt::format("{} knots", kMaxKnots)});
