@@ -45,8 +45,9 @@ std::shared_ptr<const Tree> Parser::run() {
     return tree_;
   }
   // Six bytes of nodes to one of text is more than pose and expression lists take, so that the nodes are not moved
-  // while they grow; pages never written are never there.
-  nodes.reserve(text_.size() * 3 / 8 + 16);
+  // while they grow; pages never written are never there. Past this many bytes of text address space counts too.
+  constexpr std::size_t kMostReserved = std::size_t{32} * 1024 * 1024;
+  nodes.reserve(std::min(text_.size(), kMostReserved) * 3 / 8 + 16);
   file();
   finish_wraps();
   if (nodes.size() < nodes.capacity() / 2) nodes.shrink_to_fit();
