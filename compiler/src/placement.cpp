@@ -59,6 +59,12 @@ std::optional<std::uint32_t> Placer::sign(NodeRef name) {
   return std::nullopt;
 }
 
+bool Placer::signed_here(std::string_view gloss) const {
+  if (context_.tier == nullptr) return false;
+  return std::any_of(context_.tier->signs.begin(), context_.tier->signs.end(),
+                     [&](const Sign& s) { return s.gloss == gloss || s.alias == gloss; });
+}
+
 std::optional<std::int64_t> Placer::point(NodeRef node) {
   std::int64_t time = 0;
   bool have = false;
@@ -78,7 +84,11 @@ std::optional<std::int64_t> Placer::point(NodeRef node) {
           evaluator_.report(scope_, part, NotCompiled{"a mark"});
           return std::nullopt;
         }
-        if (!name) return std::nullopt;
+        if (!name) {  // `at start`, `end - 30ms`: of what surrounds it
+          time = text.starts_with("start") ? context_.whole.start_ns : context_.whole.end_ns;
+          have = true;
+          break;
+        }
         const auto s = sign(name);
         if (!s) return std::nullopt;
         const Sign& at = context_.tier->signs[*s];
@@ -123,7 +133,6 @@ std::optional<Span> Placer::own_span(NodeRef node) {
       const std::string_view text = what.text();
       if (text == "start") return Span{context_.whole.start_ns, context_.whole.start_ns, kUnreachable, kUnreachable};
       if (text == "end") return Span{context_.whole.end_ns, context_.whole.end_ns, kUnreachable, kUnreachable};
-      if (text == "clause" || text == "phrase") return context_.whole;
       // An entry played alone has no signs: its whole span stands for its only one.
       if (!context_.whole.has_signs()) return context_.whole;
       return of_sign(text.starts_with("first") ? context_.whole.first_sign : context_.whole.last_sign);
@@ -134,6 +143,8 @@ std::optional<Span> Placer::own_span(NodeRef node) {
       return Span{*t, *t, kUnreachable, kUnreachable};
     }
     default: {
+      const std::string_view text = what.text();
+      if ((text == "clause" || text == "phrase") && !signed_here(text)) return context_.whole;
       if (const auto s = sign(what)) return of_sign(*s);
       return std::nullopt;
     }

@@ -45,6 +45,7 @@ class Placer {
   };
   [[nodiscard]] std::optional<Place> span_end(lang::NodeRef node, End which);
   [[nodiscard]] std::optional<Span> own_span(lang::NodeRef span_end);
+  [[nodiscard]] bool signed_here(std::string_view gloss) const;
   [[nodiscard]] std::optional<std::uint32_t> tagged(std::string_view tag) const;
 
   Evaluator& evaluator_;

@@ -154,10 +154,15 @@ void put_line(std::string& out, std::string_view text) {
 void render(std::string& out, const Diagnostic& d, const Style& style) {
   const bool is_error = d.severity == Severity::error;
   out += style.bold;
+  // What is said of a file as a whole has no text to show a place in.
+  const bool has_text = d.source != nullptr && !d.source->text().empty();
   if (d.source != nullptr) {
-    const Position p = d.source->position(d.range.begin);
     put_line(out, d.source->path());
-    fmt::format_to(std::back_inserter(out), ":{}:{}: ", p.line, p.column);
+    if (has_text) {
+      const Position p = d.source->position(d.range.begin);
+      fmt::format_to(std::back_inserter(out), ":{}:{}", p.line, p.column);
+    }
+    out += ": ";
   }
   const std::string_view color = is_error ? style.red : style.yellow;
   out += style.off;
@@ -166,7 +171,7 @@ void render(std::string& out, const Diagnostic& d, const Style& style) {
   put_line(out, d.message);
   out += style.off;
   out += '\n';
-  if (d.source != nullptr) {
+  if (has_text) {
     std::uint32_t most = d.source->position(d.range.begin).line;
     for (const Label& l : d.labels)
       if (l.source != nullptr) most = std::max(most, l.source->position(l.range.begin).line);
