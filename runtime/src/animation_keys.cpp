@@ -31,8 +31,9 @@ double angle_between(std::span<const float> a, const double (&b)[4]) {
   return 2.0 * std::sqrt(sum);
 }
 
-// How far interpolation from `from` to `to` misses `truth` at share u.
-double miss(const Sample& from, const Sample& to, const Sample& truth, Interpolation interpolation) {
+// How far interpolation from `from` to `to` misses `truth`, as a share of the tolerance.
+double miss(const Sample& from, const Sample& to, const Sample& truth, Interpolation interpolation,
+            std::span<const double> tolerance) {
   const double u = static_cast<double>(truth.time_ns - from.time_ns) / static_cast<double>(to.time_ns - from.time_ns);
   if (interpolation == Interpolation::slerp) {
     const double cos_angle = std::clamp(quaternion_dot(from.values, to.values), -1.0, 1.0);
@@ -48,13 +49,13 @@ double miss(const Sample& from, const Sample& to, const Sample& truth, Interpola
     for (std::size_t i = 0; i < 4; ++i) {
       q[i] = wa * static_cast<double>(from.values[i]) + wb * static_cast<double>(to.values[i]);
     }
-    return angle_between(truth.values, q);
+    return angle_between(truth.values, q) / tolerance[0];
   }
   double worst = 0.0;
   for (std::size_t i = 0; i < truth.values.size(); ++i) {
     const double a = static_cast<double>(from.values[i]);
     const double b = static_cast<double>(to.values[i]);
-    worst = std::max(worst, std::abs(a + u * (b - a) - static_cast<double>(truth.values[i])));
+    worst = std::max(worst, std::abs(a + u * (b - a) - static_cast<double>(truth.values[i])) / tolerance[i]);
   }
   return worst;
 }
@@ -85,8 +86,9 @@ std::vector<std::int64_t> break_times(const program::Program& program, const pro
   return times;
 }
 
-Keys fit_keys(std::span<const std::int64_t> breaks, std::size_t width, Interpolation interpolation, double tolerance,
+Keys fit_keys(std::span<const std::int64_t> breaks, Interpolation interpolation, std::span<const double> tolerance,
               const std::function<void(std::int64_t, std::span<float>)>& signal) {
+  const std::size_t width = interpolation == Interpolation::slerp ? 4 : tolerance.size();
   const auto sample = [&](std::int64_t t) {
     Sample s{t, std::vector<float>(width)};
     signal(t, s.values);
@@ -94,7 +96,7 @@ Keys fit_keys(std::span<const std::int64_t> breaks, std::size_t width, Interpola
   };
 
   // Halving. Half of the tolerance goes here, the other half to the dropping below.
-  const double half = 0.5 * tolerance;
+  constexpr double kHalf = 0.5;
   std::vector<Sample> samples{sample(breaks[0])};
   for (std::size_t i = 1; i < breaks.size(); ++i) {
     std::vector<Sample> ahead{sample(breaks[i])};  // ends of the intervals still to do, the nearest last
@@ -105,7 +107,7 @@ Keys fit_keys(std::span<const std::int64_t> breaks, std::size_t width, Interpola
       bool fits = true;
       if (length > kShortest_ns) {
         for (const std::int64_t eighths : {4, 2, 6, 1, 7}) {
-          if (miss(from, to, sample(from.time_ns + length / 8 * eighths), interpolation) > half) {
+          if (miss(from, to, sample(from.time_ns + length / 8 * eighths), interpolation, tolerance) > kHalf) {
             fits = false;
             break;
           }
@@ -136,7 +138,7 @@ Keys fit_keys(std::span<const std::int64_t> breaks, std::size_t width, Interpola
     while (reach + 1 < samples.size()) {
       bool fits = true;
       for (std::size_t j = i + 1; j <= reach && fits; ++j) {
-        fits = miss(samples[i], samples[reach + 1], samples[j], interpolation) <= half;
+        fits = miss(samples[i], samples[reach + 1], samples[j], interpolation, tolerance) <= kHalf;
       }
       if (!fits) break;
       ++reach;

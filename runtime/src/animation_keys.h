@@ -25,8 +25,9 @@ enum class Interpolation : std::uint8_t { linear, slerp };
 /// quaternions x y z w). Intervals between `breaks` are halved until that holds, down to 1 ms; then keys that the
 /// others imply are dropped.
 /// @param breaks ascending, at least one   [ns]
-/// @param width  values at one time; 4 for slerp
-[[nodiscard]] Keys fit_keys(std::span<const std::int64_t> breaks, std::size_t width, Interpolation interpolation,
-                            double tolerance, const std::function<void(std::int64_t, std::span<float>)>& signal);
+/// @param tolerance  linear: one for each value; slerp: one   [-], [rad]
+[[nodiscard]] Keys fit_keys(std::span<const std::int64_t> breaks, Interpolation interpolation,
+                            std::span<const double> tolerance,
+                            const std::function<void(std::int64_t, std::span<float>)>& signal);
 
 }  // namespace nms::runtime

@@ -36,6 +36,9 @@ constexpr float kNormalDust = 1e-3F;    // of a unit normal, 0.06 degrees
 constexpr double kWeightTolerance = 0.002;                        // of an AU
 constexpr double kTurnTolerance = 0.02 * 3.14159265358979 / 180;  // [rad]
 constexpr double kShiftTolerance = 1e-5;                          // [m]
+constexpr double kCorrectionTolerance = 0.02;                     // of a correction, itself below 3 mm
+// A correction that no clip asks more of than this is left out: 0.1 of the largest sagitta is below 0.3 mm.
+constexpr double kLeastCorrection = 0.1;
 
 constexpr int kNoView = -1;
 
@@ -46,10 +49,23 @@ struct Target {
   std::string name;
 };
 
+// Targets move points along chords, but lids and jaw turn. With a and b the first and second derivative (halved) of a
+// vertex by the share U of the whole turn, a target of share u moves it by u a + u^2 b. The turn U = sum w u wants
+// U a + U^2 b. What lacks is (U^2 - sum w u^2) b; and the surface half-way less half of the surface at the end is -b/4.
+// So a target with that shape and the weight 4 (sum w u^2 - U^2) mends it to second order, whatever AUs are mixed.
+// Where the runtime stops the lid at contact, targets go on; a second one takes the excess back.
+struct Correction {
+  enum class Kind : std::uint8_t { lid_bend, lid_contact, jaw_bend };
+  Kind kind = Kind::lid_bend;
+  std::size_t eye = 0;
+  std::string name;
+};
+
 // A node whose mesh has targets.
 struct Morphed {
   int node = 0;
   std::vector<Target> targets;
+  std::vector<Correction> corrections;  // after the targets
 };
 
 // Unique names of [A-Za-z0-9_-]: some viewers strip other characters, and bind by name.
@@ -220,6 +236,7 @@ class Export {
   tl::expected<std::vector<std::byte>, Failure> run() {
     if (auto failure = choose_clips()) return tl::unexpected(std::move(*failure));
     skin_targets_ = choose_targets([&](ChannelId c) { return rig_.moves_skin(c); });
+    choose_corrections();
     model_.asset.version = "2.0";
     model_.asset.generator = "nmsc";
     add_materials();
@@ -289,6 +306,131 @@ class Export {
     return targets;
   }
 
+  // Where the pose's lids and jaw stand, as shares of their whole turn.
+  struct Turns {
+    std::array<double, kEyeCount> lid{};
+    double jaw = 0.0;
+  };
+
+  Turns turns_of_values() {
+    contractions(rig_, values_, pose_.contractions);
+    turn_lids(rig_, values_, pose_.contractions, pose_.lids);
+    Turns turns;
+    for (std::size_t e = 0; e < kEyeCount; ++e) turns.lid[e] = pose_.lids[e].upper;
+    turns.jaw = jaw_turn_ > 0.0 ? jaw_angle() / jaw_turn_ : 0.0;
+    return turns;
+  }
+
+  double jaw_angle() const {
+    double angle = 0.0;
+    for (const RigTables::HingeDrive& drive : rig_.tables().hinge_drives) {
+      if (drive.frame == Frame::jaw) angle += drive.angle * static_cast<double>(pose_.contractions[drive.muscle]);
+    }
+    return angle;
+  }
+
+  void choose_corrections() {
+    for (const RigTables::HingeDrive& drive : rig_.tables().hinge_drives) {
+      if (drive.frame == Frame::jaw) jaw_turn_ = std::max(jaw_turn_, drive.angle);
+    }
+    target_turns_.clear();
+    for (const Target& target : skin_targets_) {
+      values_[target.channel] = target.sign;
+      target_turns_.push_back(turns_of_values());
+      values_[target.channel] = 0.0F;
+    }
+    const std::vector<Correction> all{
+        {Correction::Kind::lid_bend, 0, "fix.lid_upper_L.50"},
+        {Correction::Kind::lid_contact, 0, "fix.lid_upper_L.contact"},
+        {Correction::Kind::lid_bend, 1, "fix.lid_upper_R.50"},
+        {Correction::Kind::lid_contact, 1, "fix.lid_upper_R.contact"},
+        {Correction::Kind::jaw_bend, 0, "fix.jaw.50"},
+    };
+    std::vector<double> most(all.size(), 0.0);
+    for (const Clip* clip : clips_) {
+      const std::vector<std::int64_t> breaks = break_times(program_, *clip);
+      for (std::size_t i = 0; i < breaks.size(); ++i) {
+        const std::int64_t step = i + 1 < breaks.size() ? (breaks[i + 1] - breaks[i]) / 4 : 0;
+        for (int k = 0; k < 4; ++k) {
+          evaluate_clip(*clip, breaks[i] + k * step);
+          const Turns now = turns_of_values();
+          for (std::size_t c = 0; c < all.size(); ++c) most[c] = std::max(most[c], correction_weight(all[c], now));
+        }
+      }
+    }
+    std::fill(values_.begin(), values_.end(), 0.0F);
+    for (std::size_t c = 0; c < all.size(); ++c) {
+      const double least = all[c].kind == Correction::Kind::lid_contact ? 0.02 : kLeastCorrection;
+      if (most[c] > least) corrections_.push_back(all[c]);
+    }
+  }
+
+  float target_weight(const Target& target) const { return std::max(values_[target.channel] * target.sign, 0.0F); }
+
+  // For the values last evaluated, whose turns are `now`.
+  double correction_weight(const Correction& correction, const Turns& now) const {
+    double sum = 0.0;
+    double squares = 0.0;
+    for (std::size_t i = 0; i < skin_targets_.size(); ++i) {
+      const double w = static_cast<double>(target_weight(skin_targets_[i]));
+      const double u =
+          correction.kind == Correction::Kind::jaw_bend ? target_turns_[i].jaw : target_turns_[i].lid[correction.eye];
+      sum += w * u;
+      squares += w * u * u;
+    }
+    if (correction.kind == Correction::Kind::jaw_bend) return std::max(4.0 * (squares - now.jaw * now.jaw), 0.0);
+    const double turned = now.lid[correction.eye];
+    const double excess = std::max(sum - turned, 0.0);
+    if (correction.kind == Correction::Kind::lid_contact) return excess;
+    return std::max(4.0 * (squares - excess - turned * turned), 0.0);
+  }
+
+  // The surface with this part alone turned by the share u.
+  void pose_correction(const Correction& correction, double u) {
+    std::fill(pose_.contractions.begin(), pose_.contractions.end(), 0.0F);
+    pose_.lids = {};
+    pose_.motions = {};
+    if (correction.kind == Correction::Kind::jaw_bend) {
+      for (const RigTables::HingeDrive& drive : rig_.tables().hinge_drives) {
+        if (drive.frame != Frame::jaw || drive.angle != jaw_turn_) continue;
+        pose_.contractions[drive.muscle] = static_cast<float>(u);
+        break;
+      }
+      move_frames(rig_, values_, pose_.contractions, pose_);
+    } else {
+      pose_.lids[correction.eye].upper = u;
+    }
+    move_points(face_, rig_, pose_);
+    make_surface(face_, pose_);
+  }
+
+  void add_corrections(tinygltf::Primitive& primitive, const std::vector<glm::vec3>& positions,
+                       const std::vector<glm::vec3>& normals) {
+    std::vector<glm::vec3> moved(positions.size());
+    std::vector<glm::vec3> turned(positions.size());
+    for (const Correction& correction : corrections_) {
+      pose_correction(correction, 1.0);
+      const bool bend = correction.kind != Correction::Kind::lid_contact;
+      const float end = bend ? -0.5F : -1.0F;
+      for (std::size_t v = 0; v < positions.size(); ++v) {
+        moved[v] = end * (pose_.positions[v] - positions[v]);
+        turned[v] = end * (pose_.normals[v] - normals[v]);
+      }
+      if (bend) {
+        pose_correction(correction, 0.5);
+        for (std::size_t v = 0; v < positions.size(); ++v) {
+          moved[v] += pose_.positions[v] - positions[v];
+          turned[v] += pose_.normals[v] - normals[v];
+        }
+      }
+      for (std::size_t v = 0; v < positions.size(); ++v) {
+        moved[v] = without_dust(moved[v], kPositionDust);
+        turned[v] = without_dust(turned[v], kNormalDust);
+      }
+      add_target(primitive, moved, turned);
+    }
+  }
+
   void add_materials() {
     Names names;
     for (const Material& material : face_.materials) {
@@ -350,6 +492,7 @@ class Export {
     add_joints(shared);
 
     add_targets(shared, skin_targets_, positions, normals, pose_.positions, pose_.normals);
+    add_corrections(shared, positions, normals);
 
     tinygltf::Mesh mesh;
     mesh.name = "skin";
@@ -361,7 +504,7 @@ class Export {
       mesh.primitives.push_back(std::move(p));
     }
     if (mesh.primitives.empty()) return;
-    name_targets(mesh, skin_targets_);
+    name_targets(mesh, skin_targets_, corrections_);
     model_.meshes.push_back(std::move(mesh));
 
     // A root of the scene of its own: the transforms above a skinned mesh do not count.
@@ -370,7 +513,7 @@ class Export {
     node.mesh = static_cast<int>(model_.meshes.size()) - 1;
     node.skin = 0;
     model_.scenes[0].nodes.push_back(index);
-    if (!skin_targets_.empty()) morphed_.push_back({index, skin_targets_});
+    if (!skin_targets_.empty()) morphed_.push_back({index, skin_targets_, corrections_});
   }
 
   // Poses the face at each target alone; `posed` and `posed_normals` are where the pose keeps this mesh.
@@ -387,18 +530,25 @@ class Export {
         moved[v] = without_dust(posed[v] - positions[v], kPositionDust);
         turned[v] = without_dust(posed_normals[v] - normals[v], kNormalDust);
       }
-      std::map<std::string, int> attributes;
-      attributes["POSITION"] = options_.dense ? writer_.vectors(moved, true) : writer_.sparse_vectors(moved, true);
-      attributes["NORMAL"] = options_.dense ? writer_.vectors(turned, false) : writer_.sparse_vectors(turned, false);
-      primitive.targets.push_back(std::move(attributes));
+      add_target(primitive, moved, turned);
     }
   }
 
-  static void name_targets(tinygltf::Mesh& mesh, const std::vector<Target>& targets) {
+  void add_target(tinygltf::Primitive& primitive, const std::vector<glm::vec3>& moved,
+                  const std::vector<glm::vec3>& turned) {
+    std::map<std::string, int> attributes;
+    attributes["POSITION"] = options_.dense ? writer_.vectors(moved, true) : writer_.sparse_vectors(moved, true);
+    attributes["NORMAL"] = options_.dense ? writer_.vectors(turned, false) : writer_.sparse_vectors(turned, false);
+    primitive.targets.push_back(std::move(attributes));
+  }
+
+  static void name_targets(tinygltf::Mesh& mesh, const std::vector<Target>& targets,
+                           const std::vector<Correction>& corrections) {
     if (targets.empty()) return;
-    mesh.weights.assign(targets.size(), 0.0);
+    mesh.weights.assign(targets.size() + corrections.size(), 0.0);
     tinygltf::Value::Array names;
     for (const Target& target : targets) names.emplace_back(target.name);
+    for (const Correction& correction : corrections) names.emplace_back(correction.name);
     mesh.extras = tinygltf::Value(tinygltf::Value::Object{{"targetNames", tinygltf::Value(names)}});
   }
 
@@ -466,11 +616,11 @@ class Export {
       }
       if (mesh.primitives.empty()) continue;
       mesh.name = mesh_names.unique(rigid.name);
-      name_targets(mesh, targets);
+      name_targets(mesh, targets, {});
       model_.meshes.push_back(std::move(mesh));
       const int node = add_node(rigid.name, frame_nodes_[index_of(rigid.frame)], glm::dvec3(0.0));
       model_.nodes[static_cast<std::size_t>(node)].mesh = static_cast<int>(model_.meshes.size()) - 1;
-      if (!targets.empty()) morphed_.push_back({node, std::move(targets)});
+      if (!targets.empty()) morphed_.push_back({node, std::move(targets), {}});
     }
   }
 
@@ -511,22 +661,28 @@ class Export {
     tinygltf::Animation animation;
     animation.name = clip_names_.unique(program_.string(clip.name));
     const std::vector<std::int64_t> breaks = break_times(program_, clip);
+    static constexpr std::array<double, 1> kTurnTolerances{kTurnTolerance};
+    static constexpr std::array<double, 3> kShiftTolerances{kShiftTolerance, kShiftTolerance, kShiftTolerance};
 
     for (const Morphed& morphed : morphed_) {
-      const std::vector<Target>& targets = morphed.targets;
-      const Keys keys = fit_keys(breaks, targets.size(), Interpolation::linear, kWeightTolerance,
-                                 [&](std::int64_t t, std::span<float> out) {
-                                   evaluate_clip(clip, t);
-                                   for (std::size_t i = 0; i < targets.size(); ++i) {
-                                     out[i] = std::max(values_[targets[i].channel] * targets[i].sign, 0.0F);
-                                   }
-                                 });
+      const std::size_t count = morphed.targets.size();
+      std::vector<double> tolerance(count, kWeightTolerance);
+      tolerance.resize(count + morphed.corrections.size(), kCorrectionTolerance);
+      const Keys keys = fit_keys(breaks, Interpolation::linear, tolerance, [&](std::int64_t t, std::span<float> out) {
+        evaluate_clip(clip, t);
+        for (std::size_t i = 0; i < count; ++i) out[i] = target_weight(morphed.targets[i]);
+        if (morphed.corrections.empty()) return;
+        const Turns now = turns_of_values();
+        for (std::size_t i = 0; i < morphed.corrections.size(); ++i) {
+          out[count + i] = static_cast<float>(correction_weight(morphed.corrections[i], now));
+        }
+      });
       add_channel(animation, morphed.node, "weights", keys, 1, TINYGLTF_TYPE_SCALAR);
     }
     for (std::size_t f = 0; f < kFrameCount; ++f) {
       if (turns_[f]) {
         const Keys keys =
-            fit_keys(breaks, 4, Interpolation::slerp, kTurnTolerance, [&](std::int64_t t, std::span<float> out) {
+            fit_keys(breaks, Interpolation::slerp, kTurnTolerances, [&](std::int64_t t, std::span<float> out) {
               evaluate_motions(clip, t);
               const glm::dquat q = pose_.motions[f].rotation;
               out[0] = static_cast<float>(q.x);
@@ -539,7 +695,7 @@ class Export {
       if (shifts_[f]) {
         const glm::dvec3 rest = rest_translation(static_cast<Frame>(f));
         const Keys keys =
-            fit_keys(breaks, 3, Interpolation::linear, kShiftTolerance, [&](std::int64_t t, std::span<float> out) {
+            fit_keys(breaks, Interpolation::linear, kShiftTolerances, [&](std::int64_t t, std::span<float> out) {
               evaluate_motions(clip, t);
               const glm::vec3 p(rest + pose_.motions[f].translation);
               out[0] = p.x;
@@ -629,6 +785,9 @@ class Export {
   std::vector<float> values_;  // one for each channel
   std::vector<const Clip*> clips_;
   std::vector<Target> skin_targets_;
+  std::vector<Turns> target_turns_;  // one for each skin target, at full weight
+  std::vector<Correction> corrections_;
+  double jaw_turn_ = 0.0;  // the widest hinge of the jaw [rad]
   std::vector<Morphed> morphed_;
   Names node_names_;
   Names clip_names_;
