@@ -378,8 +378,9 @@ std::optional<Failure> RigParts::make_lids() {
     for (std::uint32_t i = 0; i < points.size(); ++i) {
       if (upper[i] <= 0.0F && lower[i] <= 0.0F) continue;
       const double angle = closing_angle(upper_edge, lower_edge, points[i].x);
-      eye.points.push_back({i, angle * static_cast<double>(upper[i]), -angle * static_cast<double>(lower[i]),
-                            static_cast<double>(std::max(upper[i], lower[i]))});
+      // No slope at the lid's outer border, or the skin that is held creases against the skin that is pulled.
+      const double hold = 1.0 - smooth_fall(static_cast<double>(std::max(upper[i], lower[i])));
+      eye.points.push_back({i, angle * static_cast<double>(upper[i]), -angle * static_cast<double>(lower[i]), hold});
     }
   }
   for (const auto& [index, eye] : eyelids) {
