@@ -146,6 +146,7 @@ TEST_F(GltfExport, WritesOnlyTheTargetsThatClipsUse) {
                                        "AU12L",
                                        "AU12R",
                                        "AU18",
+                                       "AU24",
                                        "AU26",
                                        "AU34L",
                                        "AU34R",
@@ -320,7 +321,7 @@ TEST_F(GltfExport, TargetsWithTheirCorrectionsFollowTheTurningLidsAndJaw) {
   EXPECT_LT(worst_lid, 0.0001);          // [m]
   EXPECT_GT(worst_lid_without, 0.0006);  // the corrections are needed
   // The corner of the mouth, pulled while the jaw is open: its pull turns with the jaw, a target's does not.
-  EXPECT_LT(worst, 0.001);
+  EXPECT_LT(worst, 0.0015);
 }
 
 TEST_F(GltfExport, NodesStandWhereTheFramesTurn) {

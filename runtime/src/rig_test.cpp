@@ -175,6 +175,27 @@ TEST_F(RigTest, TheJawTakesItsSkinAlong) {
   }
 }
 
+TEST_F(RigTest, LipsDoNotPassThroughOneAnother) {
+  set("AU24", 1.0F);  // pulls the lower lip up by 6 mm
+  pose();
+  const std::vector<float>& upper = face_.regions.at("lip_upper");
+  const std::vector<float>& lower = face_.regions.at("lip_lower");
+  const auto edge = [&](const std::vector<float>& region, double x, bool lowest) {
+    double y = lowest ? 1.0 : -1.0;
+    for (std::size_t i = 0; i < region.size(); ++i) {
+      if (region[i] < 1.0F || std::abs(face_.skin.points[i].x - x) > 1e-6) continue;
+      y = lowest ? std::min(y, pose_.points[i].y) : std::max(y, pose_.points[i].y);
+    }
+    return y;
+  };
+  for (int i = -9; i <= 9; ++i) {
+    const double x = i * 0.0025;
+    EXPECT_GE(edge(upper, x, true) - edge(lower, x, false), 0.0);
+    EXPECT_LE(edge(upper, x, true) - edge(lower, x, false), 0.0012);
+  }
+  EXPECT_LT(pose_.points[face_.skin.points.size() - 1].y, -0.03);
+}
+
 TEST_F(RigTest, TheTongueComesOutByItsTip) {
   set("AU19", 1.0F);
   pose();

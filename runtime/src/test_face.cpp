@@ -60,7 +60,8 @@ Face test_face() {
   face.materials[1].name = "lids";
   face.materials[2].name = "white of the eye";
   face.skin.primitives = {{0, {}}, {1, {}}};
-  for (const char* name : {"jaw", "neck", "lid_upper_left", "lid_upper_right", "lid_lower_left", "lid_lower_right"}) {
+  for (const char* name : {"jaw", "neck", "lid_upper_left", "lid_upper_right", "lid_lower_left", "lid_lower_right",
+                           "lip_upper", "lip_lower"}) {
     face.regions[name];
   }
 
@@ -97,6 +98,21 @@ Face test_face() {
             face.regions["neck"][point] = 1.0F;
           });
     }
+  }
+  // Lips: two bands before the mask, 0.8 mm apart, thinner towards the corners.
+  for (const bool upper : {true, false}) {
+    b.grid(
+        21, 6, 1, !upper,
+        [&](int i, int j) {
+          const double x = (i - 10) * 0.0025;
+          const double height = (upper ? 0.002 : -0.002) * (1.0 - static_cast<double>((i - 10) * (i - 10)) / 101.0);
+          return glm::dvec3(x, -0.035 + (upper ? 0.0004 : -0.0004) + height * j, 0.112 - 6.0 * x * x);
+        },
+        [&](int, int j, std::uint32_t point) {
+          face.regions[upper ? "lip_upper" : "lip_lower"][point] = j < 4 ? 1.0F : 0.5F;
+          face.regions["jaw"][point] = upper ? 0.0F : 1.0F;
+          face.regions["neck"][point] = 1.0F;
+        });
   }
   const std::uint32_t count = static_cast<std::uint32_t>(face.skin.points.size());
   SparseMatrix& t = face.skin.surface;
@@ -145,6 +161,7 @@ channels
   AU12R action_unit au 12 side right
   AU18 action_unit au 18
   AU19 action_unit au 19
+  AU24 action_unit au 24
   AU26 action_unit au 26
   AU34L action_unit au 34 side left
   AU34R action_unit au 34 side right
@@ -245,6 +262,16 @@ muscle oris sphincter
   limit 0.4
   amount 0.008
 
+muscle press sheet
+  attachment stomion
+  attachment_offset 0 0.03 0.01
+  insertion stomion
+  insertion_offset 0 0 0.01
+  dissipation_radius 0.045
+  perpendicular_radius 0.06
+  region lip_lower
+  limit 0.2
+
 muscle jaw_opener hinge
   frame jaw
   attachment jaw_hinge
@@ -270,6 +297,7 @@ actuations
   AU12R zygomatic_R 1
   AU18 oris 1
   AU19 genioglossus 1
+  AU24 press 1
   AU26 jaw_opener 0.5
   AU34L puff_L 1
   AU34R puff_R 1

@@ -94,6 +94,21 @@ struct RigTables {
     double weight = 0.0;
   };
 
+  /// A place along the mouth where upper and lower lip meet: the lowest point of the one, the highest of the other.
+  struct LipColumn {
+    double x = 0.0;           ///< at rest, ascending                                                  [m]
+    std::uint32_t upper = 0;  ///< point
+    std::uint32_t lower = 0;  ///< point
+    double gap = 0.0;         ///< least distance in y that they may have                              [m]
+  };
+  /// A lip's point: moves with its column, between two of them.
+  struct LipPoint {
+    std::uint32_t point = 0;
+    std::uint32_t column = 0;  ///< the one before it
+    double along = 0.0;        ///< share of the way to the next
+    double share = 0.0;        ///< of half of the overlap: + up (upper lip), - down (lower lip)
+  };
+
   std::vector<bool> actuated;                  ///< one for each channel
   std::vector<bool> skin;                      ///< one for each channel
   std::vector<program::Actuation> actuations;  ///< ordered by channel, then muscle
@@ -106,6 +121,8 @@ struct RigTables {
   std::vector<AxisDrive> axis_drives;
   std::vector<PartDrive> part_drives;
   std::vector<JawPoint> jaw_points;
+  std::vector<LipColumn> lip_columns;
+  std::vector<LipPoint> lip_points;
   std::array<glm::dvec3, kFrameCount> pivots{};  ///< by runtime::Frame                               [m]
   std::vector<float> head_share;                 ///< V in [0, 1]
 };
@@ -148,6 +165,7 @@ struct Pose {
   std::vector<glm::vec3> x;                          ///< P, the same in single precision                   [m]
   std::vector<glm::vec3> positions;                  ///< V, T x + offsets, in the head at rest             [m]
   std::vector<glm::vec3> normals;                    ///< V, unit
+  std::vector<double> lip_overlaps;                  ///< one for each lip column                           [m]
   std::vector<std::vector<glm::vec3>> parts;         ///< by rigid mesh: its vertices where it bends, else empty [m]
   std::vector<std::vector<glm::vec3>> part_normals;  ///< the same, unit
 };
@@ -177,7 +195,8 @@ void turn_lids(const Rig& rig, std::span<const float> values, std::span<const fl
 /// add.
 void move_frames(const Rig& rig, std::span<const float> values, std::span<const float> contractions, Pose& pose);
 
-/// Independent points: rest + pulls, lids, jaw. Needs contractions, lids and motions of `pose`.
+/// Independent points: rest + pulls, lids, jaw, lips kept from passing through one another. Needs contractions, lids
+/// and motions of `pose`.
 void move_points(const Face& face, const Rig& rig, Pose& pose);
 
 /// Rigid meshes that bend, at rest in their frame. Needs contractions.
