@@ -1,10 +1,11 @@
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -38,23 +39,40 @@ std::string read(const fs::path& path) {
   return text.str();
 }
 
+/// The file that a line includes, or nothing.
+std::string included(const std::string& line, bool& quoted) {
+  std::size_t at = 0;
+  const auto skip_blanks = [&] { at = std::min(line.find_first_not_of(" \t", at), line.size()); };
+  const auto skip = [&](std::string_view word) {
+    skip_blanks();
+    if (line.compare(at, word.size(), word) != 0) return false;
+    at += word.size();
+    return true;
+  };
+  if (!skip("#") || !skip("include")) return {};
+  skip_blanks();
+  if (at == line.size() || (line[at] != '<' && line[at] != '"')) return {};
+  quoted = line[at] == '"';
+  const std::size_t end = line.find(quoted ? '"' : '>', at + 1);
+  return end == std::string::npos ? std::string() : line.substr(at + 1, end - at - 1);
+}
+
 /// What `text`, a C++ file of `room`, includes and must not. `resolves` says whether a quoted name is a file of the room.
 template <typename Resolves>
 std::vector<std::string> wrong_includes(const std::string& room, const std::string& text, Resolves resolves) {
-  static const std::regex kInclude(R"re(^[ \t]*#[ \t]*include[ \t]*([<"])([^>"]+)[>"])re");
   std::vector<std::string> wrong;
   std::istringstream lines(text);
   int number = 0;
   for (std::string line; std::getline(lines, line);) {
     ++number;
-    std::smatch m;
-    if (!std::regex_search(line, m, kInclude)) continue;
-    const std::string name = m[2];
+    bool quoted = false;
+    const std::string name = included(line, quoted);
+    if (name.empty()) continue;
     const std::string where = "line " + std::to_string(number) + ": ";
     if (name.starts_with("nms/")) {
       const std::string target = name.substr(4, name.find('/', 4) - 4);
       if (!permitted(room, target)) wrong.push_back(where + room + " must not include " + name);
-    } else if (m[1] == "\"" && !resolves(name)) {
+    } else if (quoted && !resolves(name)) {
       wrong.push_back(where + "\"" + name + "\" is not a file of " + room);
     }
   }
@@ -63,10 +81,11 @@ std::vector<std::string> wrong_includes(const std::string& room, const std::stri
 
 /// Libraries that a CMakeLists.txt of `room` names and must not.
 std::vector<std::string> wrong_links(const std::string& room, const std::string& text) {
-  static const std::regex kLibrary(R"(\bnms::([a-z_]+))");
   std::vector<std::string> wrong;
-  for (std::sregex_iterator i(text.begin(), text.end(), kLibrary), end; i != end; ++i) {
-    if (!permitted(room, (*i)[1])) wrong.push_back(room + " must not link nms::" + std::string((*i)[1]));
+  for (std::size_t at = text.find("nms::"); at != std::string::npos; at = text.find("nms::", at + 1)) {
+    const std::size_t end = text.find_first_not_of("abcdefghijklmnopqrstuvwxyz_", at + 5);
+    const std::string target = text.substr(at + 5, end == std::string::npos ? end : end - at - 5);
+    if (!permitted(room, target)) wrong.push_back(room + " must not link nms::" + target);
   }
   return wrong;
 }
