@@ -111,6 +111,14 @@ void close(Curve& out, std::int64_t end, double value, std::uint32_t source) {
   }
 }
 
+/// What a curve is before its first knot; a jump at the very first time has no segment in front of it to say so.
+void open(Curve& out, double value) {
+  if (out.knots.empty() || magnitude(out.knots.front().value - value) <= 1e-12) return;
+  const CurveKnot first{out.knots.front().time_ns, value, value, value, out.knots.front().source};
+  if (out.knots.size() >= 2 && out.knots[1].time_ns == first.time_ns) out.knots.front() = first;
+  else out.knots.insert(out.knots.begin(), first);
+}
+
 /// Roots of a cubic in (0, 1), rising. Bracketed on monotone pieces and bisected: no libm, same bits everywhere.
 std::size_t roots(const Cubic& c, std::array<double, 3>& out) {
   // Derivative a u^2 + b u + d (without its factor 3); its sign changes are found by sampling its Bernstein quadratic.
@@ -272,6 +280,7 @@ Curve add(const Curve& a, const Curve& b) {
   });
   const std::int64_t end = std::max(a.knots.back().time_ns, b.knots.back().time_ns);
   close(out, end, a.value(end) + b.value(end), a.knots.back().source);
+  open(out, a.knots.front().value + b.knots.front().value);
   return out;
 }
 
@@ -296,16 +305,18 @@ Curve maximum(const Curve& a, const Curve& b) {
       const double middle = 0.5 * (u0 + u1);
       const bool first = x.value(middle) >= y.value(middle);
       Cubic piece = part(first ? x : y, u0, u1);
-      // A crossing is rounded to a nanosecond; the two cubics differ there by less than anybody can see, and by more
-      // than `append` takes for equal. The piece starts where the last one ended.
-      if (i > 0 && !o.knots.empty() && o.knots.back().time_ns == from && u0 > 0.0) piece.p0 = o.knots.back().value;
-      append(o, from, to, piece, first ? sx : sy);
+      // A crossing is rounded to a nanosecond, or away where there is no nanosecond between. Knots are exact all the same.
+      piece.p0 = std::max(x.value(u0), y.value(u0));
+      piece.p3 = std::max(x.value(u1), y.value(u1));
+      const std::uint32_t source = first ? sx : sy;  // a level that cuts off has none: what is cut off made it
+      append(o, from, to, piece, source != 0xFFFFFFFFU ? source : first ? sy : sx);
       from = to;
       u0 = u1;
     }
   });
   const std::int64_t end = std::max(a.knots.back().time_ns, b.knots.back().time_ns);
   close(out, end, std::max(a.value(end), b.value(end)), a.knots.back().source);
+  open(out, std::max(a.knots.front().value, b.knots.front().value));
   return out;
 }
 
@@ -344,6 +355,8 @@ Curve either(const Curve& a, const Curve& b) {
   const std::int64_t end = std::max(a.knots.back().time_ns, b.knots.back().time_ns);
   const double p = a.value(end), q = b.value(end);
   close(out, end, p + q - p * q, a.knots.back().source);
+  const double first_p = a.knots.front().value, first_q = b.knots.front().value;
+  open(out, first_p + first_q - first_p * first_q);
   return out;
 }
 
@@ -369,6 +382,7 @@ Curve replaced(const Curve& base, const Curve& over, const Curve& w) {
   });
   const std::int64_t end = std::max(base.knots.back().time_ns, w.empty() ? base.knots.back().time_ns : w.knots.back().time_ns);
   close(rest, end, base.value(end) * (1.0 - w.value(end)), base.knots.back().source);
+  open(rest, base.knots.front().value * (1.0 - (w.empty() ? 0.0 : w.knots.front().value)));
   return add(rest, over);
 }
 

@@ -6,17 +6,63 @@ namespace nms::compiler {
 namespace {
 
 /// The same motion asked for twice is one: a swing whose time lies within another's of the same name is left out.
-bool repeats_another(const std::vector<const Contribution*>& all, std::size_t index) {
-  const Contribution& c = *all[index];
-  if (c.motion.empty()) return false;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const Contribution& other = *all[i];
-    if (i == index || other.motion != c.motion || other.stated != c.stated) continue;
-    if (other.start_ns > c.start_ns || other.end_ns < c.end_ns) continue;
-    if (other.start_ns == c.start_ns && other.end_ns == c.end_ns && i > index) continue;
-    return true;
+std::vector<bool> repeats_of_another(const std::vector<const Contribution*>& all) {
+  std::vector<bool> repeats(all.size(), false);
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (!all[i]->motion.empty()) order.push_back(i);
+  const auto same = [&](std::size_t a, std::size_t b) {
+    return all[a]->motion == all[b]->motion && all[a]->stated == all[b]->stated;
+  };
+  // By motion, then by start, the longest first: whatever a swing lies within stands in front of it.
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    const Contribution &x = *all[a], &y = *all[b];
+    if (x.motion != y.motion) return x.motion < y.motion;
+    if (x.stated != y.stated) return y.stated;
+    return x.start_ns != y.start_ns ? x.start_ns < y.start_ns : x.end_ns > y.end_ns;
+  });
+  std::int64_t latest_end = 0;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const std::int64_t end = all[order[k]]->end_ns;
+    const bool first = k == 0 || !same(order[k - 1], order[k]);
+    repeats[order[k]] = !first && latest_end >= end;
+    latest_end = first ? end : std::max(latest_end, end);
   }
-  return false;
+  return repeats;
+}
+
+/// Joins neighbours pairwise until one is left: a curve is copied log n times, not n times.
+template <typename Join>
+Curve join_all(std::vector<Curve> curves, Join join) {
+  if (curves.empty()) return {};
+  while (curves.size() > 1) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < curves.size(); i += 2) {
+      curves[kept] = i + 1 < curves.size() ? join(curves[i], curves[i + 1]) : std::move(curves[i]);
+      simplify(curves[kept++]);
+    }
+    curves.resize(kept);
+  }
+  return std::move(curves.front());
+}
+
+/// Each takes the place of those which began before it. What lies before its start is done, and is not touched again.
+Curve latest_of(const std::vector<const Contribution*>& group) {
+  Curve done;
+  Curve open;
+  for (const Contribution* c : group) {
+    const auto after = std::lower_bound(open.knots.begin(), open.knots.end(), c->start_ns,
+                                        [](const CurveKnot& k, std::int64_t t) { return k.time_ns < t; });
+    // One knot before the start stays: its segment reaches into what is still open.
+    if (after - open.knots.begin() > 1) {
+      done.knots.insert(done.knots.end(), open.knots.begin(), after - 1);
+      open.knots.erase(open.knots.begin(), after - 1);
+    }
+    open = open.empty() ? c->curve : replaced(open, c->curve, c->envelope);
+    simplify(open);
+  }
+  done.knots.insert(done.knots.end(), open.knots.begin(), open.knots.end());
+  return done;
 }
 
 Curve merge_group(std::vector<const Contribution*> group, const ChannelInfo& channel, program::MergeOperator op) {
@@ -24,11 +70,13 @@ Curve merge_group(std::vector<const Contribution*> group, const ChannelInfo& cha
   if (op == program::MergeOperator::latest) {
     std::stable_sort(group.begin(), group.end(),
                      [](const Contribution* a, const Contribution* b) { return a->start_ns < b->start_ns; });
-    for (const Contribution* c : group) out = out.empty() ? c->curve : replaced(out, c->curve, c->envelope);
-  } else if (op == program::MergeOperator::sum || channel.is_axis()) {
-    for (const Contribution* c : group) out = add(out, c->curve);
+    out = latest_of(group);
   } else {
-    for (const Contribution* c : group) out = maximum(out, c->curve);
+    std::vector<Curve> curves;
+    curves.reserve(group.size());
+    for (const Contribution* c : group) curves.push_back(c->curve);
+    const bool sum = op == program::MergeOperator::sum || channel.is_axis();
+    out = join_all(std::move(curves), sum ? add : maximum);
   }
   return clamped(out, channel.low(), 1.0);
 }
@@ -36,8 +84,9 @@ Curve merge_group(std::vector<const Contribution*> group, const ChannelInfo& cha
 Curve merge_channel(const std::vector<const Contribution*>& all, const ChannelInfo& channel, program::MergeOperator op) {
   std::vector<const Contribution*> layer[kLayerCount];
   std::vector<const Contribution*> stated;
+  const std::vector<bool> repeats = repeats_of_another(all);
   for (std::size_t i = 0; i < all.size(); ++i) {
-    if (repeats_another(all, i)) continue;
+    if (repeats[i]) continue;
     if (all[i]->stated) stated.push_back(all[i]);
     else layer[static_cast<int>(all[i]->layer)].push_back(all[i]);
   }
@@ -53,9 +102,10 @@ Curve merge_channel(const std::vector<const Contribution*>& all, const ChannelIn
     if (base.empty()) {
       base = over;
     } else {
-      Curve weight;
-      for (const Contribution* c : stated) weight = maximum(weight, c->envelope);
-      base = replaced(base, over, weight);
+      std::vector<Curve> envelopes;
+      envelopes.reserve(stated.size());
+      for (const Contribution* c : stated) envelopes.push_back(c->envelope);
+      base = replaced(base, over, join_all(std::move(envelopes), maximum));
     }
   }
   return clamped(base, channel.low(), 1.0);

@@ -1,0 +1,227 @@
+#include "merge.h"
+
+#include <algorithm>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using namespace nms;
+using namespace nms::compiler;
+
+constexpr std::int64_t kMs = 1'000'000;
+/// Two operands of a product are each fitted, and the product of those once more.
+constexpr double kTolerance = 4 * kFitTolerance;
+
+Channels one_channel(program::MergeOperator op, bool axis) {
+  Channels c;
+  c.tracks.push_back({"track", op, 0, 0});
+  ChannelInfo info;
+  info.name = "channel";
+  info.kind = axis ? program::ChannelKind::axis : program::ChannelKind::action_unit;
+  c.channels.push_back(info);
+  return c;
+}
+
+struct Shape {
+  std::int64_t start, onset, release, end;
+  double value;
+  Layer layer;
+  bool stated;
+};
+
+Contribution contribution(const Shape& s, double more = 0.0) {
+  Contribution c;
+  const auto trapezoid = [&](double value) {
+    Curve curve;
+    ease_to(curve, s.start * kMs, 0.0, Easing::smooth, 0);
+    ease_to(curve, s.onset * kMs, value, Easing::smooth, 0);
+    ease_to(curve, s.release * kMs, value, Easing::smooth, 0);
+    ease_to(curve, s.end * kMs, 0.0, Easing::smooth, 0);
+    return curve;
+  };
+  c.curve = trapezoid(s.value + more);
+  c.envelope = trapezoid(1.0);
+  c.layer = s.layer;
+  c.stated = s.stated;
+  c.start_ns = s.start * kMs;
+  c.end_ns = s.end * kMs;
+  return c;
+}
+
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : engine_(seed) {}
+  int below(int n) { return static_cast<int>(engine_() % static_cast<std::uint64_t>(n)); }
+  double share() { return static_cast<double>(engine_() >> 11U) / 9007199254740992.0; }
+  Shape shape(bool axis, bool with_stated) {
+    Shape s{};
+    s.start = below(3000);
+    s.onset = s.start + below(300);
+    s.release = s.onset + 1 + below(1500);
+    s.end = s.release + below(300);
+    s.value = axis ? 2.0 * share() - 1.0 : share();
+    s.layer = static_cast<Layer>(below(kLayerCount));
+    s.stated = with_stated && below(4) == 0;
+    return s;
+  }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+Curve merged(const std::vector<Contribution>& all, const Channels& channels) {
+  ClipDraft clip;
+  clip.contributions = all;
+  const auto curves = merge(clip, channels);
+  EXPECT_EQ(curves.size(), 1U);
+  return curves.front().curve;
+}
+
+struct Case {
+  program::MergeOperator op;
+  bool axis;
+};
+constexpr Case kCases[] = {{program::MergeOperator::strongest, false}, {program::MergeOperator::sum, false},
+                           {program::MergeOperator::sum, true},        {program::MergeOperator::latest, false},
+                           {program::MergeOperator::latest, true}};
+
+TEST(Merge, stays_within_the_range) {
+  Random random(1);
+  for (const Case& k : kCases) {
+    const Channels channels = one_channel(k.op, k.axis);
+    for (int i = 0; i < 60; ++i) {
+      std::vector<Contribution> all;
+      for (int n = 1 + random.below(8); n > 0; --n) all.push_back(contribution(random.shape(k.axis, true)));
+      const Curve c = merged(all, channels);
+      for (std::size_t j = 1; j < c.knots.size(); ++j) {
+        ASSERT_LE(c.knots[j - 1].time_ns, c.knots[j].time_ns);
+        if (j >= 2) {
+          ASSERT_LT(c.knots[j - 2].time_ns, c.knots[j].time_ns);
+        }
+      }
+      for (std::int64_t t = 0; t < 5500; t += 7) {
+        ASSERT_GE(c.value(t * kMs), (k.axis ? -1.0 : 0.0) - kFitTolerance);
+        ASSERT_LE(c.value(t * kMs), 1.0 + kFitTolerance);
+      }
+    }
+  }
+}
+
+TEST(Merge, more_of_a_cause_is_never_less_of_its_effect) {
+  Random random(2);
+  for (const Case& k : kCases) {
+    const Channels channels = one_channel(k.op, k.axis);
+    for (int i = 0; i < 60; ++i) {
+      std::vector<Shape> shapes;
+      for (int n = 1 + random.below(6); n > 0; --n) shapes.push_back(random.shape(k.axis, true));
+      const int raised = random.below(static_cast<int>(shapes.size()));
+      std::vector<Contribution> before, after;
+      for (int n = 0; n < static_cast<int>(shapes.size()); ++n) {
+        before.push_back(contribution(shapes[n]));
+        after.push_back(contribution(shapes[n], n == raised ? 0.3 : 0.0));
+      }
+      const Curve a = merged(before, channels), b = merged(after, channels);
+      for (std::int64_t t = 0; t < 5500; t += 7)
+        ASSERT_GE(b.value(t * kMs), a.value(t * kMs) - kTolerance) << "operator " << static_cast<int>(k.op) << " at " << t;
+    }
+  }
+}
+
+TEST(Merge, the_order_of_declaration_does_not_matter) {
+  Random random(3);
+  for (const Case& k : kCases) {
+    const Channels channels = one_channel(k.op, k.axis);
+    for (int i = 0; i < 60; ++i) {
+      std::vector<Contribution> all;
+      for (int n = 2 + random.below(6); n > 0; --n) {
+        all.push_back(contribution(random.shape(k.axis, true)));
+        all.back().start_ns += n;  // two that start at once go by their order, under `latest`
+      }
+      const Curve a = merged(all, channels);
+      std::reverse(all.begin(), all.end());
+      const Curve b = merged(all, channels);
+      for (std::int64_t t = 0; t < 5500; t += 7) ASSERT_NEAR(a.value(t * kMs), b.value(t * kMs), kTolerance) << t;
+    }
+  }
+}
+
+TEST(Merge, strongest_is_the_maximum_of_a_layer) {
+  Random random(4);
+  const Channels channels = one_channel(program::MergeOperator::strongest, false);
+  for (int i = 0; i < 60; ++i) {
+    std::vector<Contribution> all;
+    for (int n = 1 + random.below(9); n > 0; --n) {
+      Shape s = random.shape(false, false);
+      s.layer = Layer::lexical;
+      all.push_back(contribution(s));
+    }
+    const Curve c = merged(all, channels);
+    for (std::int64_t t = 0; t < 5500; t += 7) {
+      double want = 0.0;
+      for (const Contribution& one : all) want = std::max(want, one.curve.value(t * kMs));
+      ASSERT_NEAR(c.value(t * kMs), want, 1e-6) << t;
+    }
+  }
+}
+
+TEST(Merge, layers_of_a_unit_never_pass_the_top) {
+  Random random(5);
+  const Channels channels = one_channel(program::MergeOperator::strongest, false);
+  for (int i = 0; i < 60; ++i) {
+    std::vector<Contribution> all;
+    for (int layer = 0; layer < kLayerCount; ++layer) {
+      Shape s = random.shape(false, false);
+      s.layer = static_cast<Layer>(layer);
+      all.push_back(contribution(s));
+    }
+    const Curve c = merged(all, channels);
+    for (std::int64_t t = 0; t < 5500; t += 7) {
+      double rest = 1.0;
+      for (const Contribution& one : all) rest *= 1.0 - one.curve.value(t * kMs);
+      ASSERT_NEAR(c.value(t * kMs), 1.0 - rest, kTolerance) << t;
+    }
+  }
+}
+
+TEST(Merge, the_later_to_start_takes_the_place_of_the_earlier) {
+  const Channels channels = one_channel(program::MergeOperator::latest, true);
+  const Curve c = merged({contribution({500, 600, 1000, 1100, -0.5, Layer::lexical, false}),
+                          contribution({0, 100, 2000, 2100, 0.8, Layer::lexical, false})},
+                         channels);
+  EXPECT_NEAR(c.value(400 * kMs), 0.8, 1e-12);
+  EXPECT_NEAR(c.value(800 * kMs), -0.5, 1e-12);
+  EXPECT_NEAR(c.value(1500 * kMs), 0.8, 1e-12);
+  EXPECT_NEAR(c.value(2100 * kMs), 0.0, 1e-12);
+}
+
+TEST(Merge, a_motion_within_another_of_its_name_is_left_out) {
+  const Channels channels = one_channel(program::MergeOperator::sum, true);
+  const auto named = [](Shape s, std::string_view motion) {
+    Contribution c = contribution(s);
+    c.motion = motion;
+    return c;
+  };
+  const Shape outer{0, 100, 900, 1000, 0.4, Layer::syntactic, false};
+  const Shape inner{200, 300, 700, 800, 0.3, Layer::lexical, false};
+  const Shape across{900, 950, 1100, 1200, 0.3, Layer::lexical, false};
+  EXPECT_NEAR(merged({named(inner, "shake"), named(outer, "shake")}, channels).value(500 * kMs), 0.4, 1e-12);
+  EXPECT_NEAR(merged({named(inner, "nod"), named(outer, "shake")}, channels).value(500 * kMs), 0.7, 1e-12);
+  EXPECT_NEAR(merged({named(outer, "shake"), named(outer, "shake")}, channels).value(500 * kMs), 0.4, 1e-12);
+  EXPECT_NEAR(merged({named(across, "shake"), named(outer, "shake")}, channels).value(1000 * kMs), 0.3, 1e-12);
+}
+
+TEST(Merge, many_contributions_take_no_more_than_n_log_n) {
+  for (const Case& k : kCases) {
+    const Channels channels = one_channel(k.op, k.axis);
+    std::vector<Contribution> all;
+    for (std::int64_t i = 0; i < 20'000; ++i)
+      all.push_back(contribution({i * 30, i * 30 + 10, i * 30 + 20, i * 30 + 30, 0.5, Layer::lexical, false}));
+    const Curve c = merged(all, channels);  // a quadratic merge takes minutes: the test's time limit is the check
+    EXPECT_NEAR(c.value(19'999 * 30 * kMs + 15 * kMs), 0.5, 1e-12);
+    EXPECT_NEAR(c.value(10'000 * 30 * kMs), 0.0, 1e-12);
+  }
+}
+
+}  // namespace
