@@ -1,6 +1,7 @@
 #include "declarations.h"
 
 #include <algorithm>
+#include <unordered_set>
 
 #include <fmt/format.h>
 
@@ -165,7 +166,7 @@ Declarations Declarations::collect(std::vector<LoadedFile>& files, lang::SourceP
     const auto& source = files[lexicon.declaration.file].tree->source_pointer();
     if (lexicon.extends == kUnreachable) {
       diagnostics.report(source, base.range(),
-                         MissingLexicon{std::string(base.text()), lang::nearest(base.text(), known)});
+                         MissingLexicon{std::string(base.text()), lang::nearest(base.text(), known), ""});
     }
   }
   // A circle of `extends` is cut where it closes.
@@ -216,11 +217,10 @@ const Declaration* Declarations::find_entry(std::string_view name, std::uint32_t
 
 std::vector<const Declaration*> Declarations::entries_of(std::uint32_t lexicon) const {
   std::vector<const Declaration*> out;
-  std::vector<std::string_view> seen;
+  std::unordered_set<std::string_view> seen;
   for (; lexicon != kUnreachable; lexicon = lexicons[lexicon].extends) {
     for (const std::uint32_t e : lexicons[lexicon].entries) {
-      if (std::find(seen.begin(), seen.end(), entries[e].name) != seen.end()) continue;  // overridden
-      seen.push_back(entries[e].name);
+      if (!seen.insert(entries[e].name).second) continue;  // overridden
       out.push_back(&entries[e]);
     }
   }

@@ -31,7 +31,8 @@ Description UseCycle::describe() const {
 }
 
 Description DuplicateName::describe() const {
-  return {fmt::format("there is already a {} named {}", what, name),
+  const bool vowel = !what.empty() && std::string_view("aeiou").find(what.front()) != std::string_view::npos;
+  return {fmt::format("there is already {} {} named {}", vowel ? "an" : "a", what, name),
           {"rename one of the two, or remove it"},
           {{"what", what}, {"name", name}}};
 }
@@ -85,6 +86,10 @@ Description UnexpectedArgument::describe() const {
 }
 
 Description MissingArgument::describe() const {
+  if (parameter.empty())
+    return {fmt::format("{}( ) needs one thing to keep a side of", name),
+            {fmt::format("write it between the brackets: {}(AU12)", name)},
+            {{"name", name}}};
   return {fmt::format("{} needs a value for {}", name, parameter),
           {fmt::format("give one, as in {}({} = ...), or give the parameter a default", name, parameter)},
           {{"name", name}, {"parameter", parameter}}};
@@ -153,6 +158,10 @@ Description SignTimes::describe() const {
 }
 
 Description MissingLexicon::describe() const {
+  if (name.empty())
+    return {fmt::format("{} is an entry's name, and this utterance has no lexicon", needed_by),
+            {"say which: utterance NAME in asl { ... }"},
+            {{"needed_by", needed_by}}};
   Description d{fmt::format("there is no lexicon named {}", name), {}, {{"name", name}}};
   offer(d, nearest);
   d.helps.push_back("use the file that declares it: use \"my_lexicon.nms\"");
@@ -205,9 +214,9 @@ Description OutlastsTimeline::describe() const {
 }
 
 Description Saturated::describe() const {
-  return {fmt::format("{} adds up to {} and is held at 100%", channel, sum),
+  return {fmt::format("{} adds up to {} and is held at {}", channel, sum, held),
           {},
-          {{"channel", channel}, {"sum", sum}}};
+          {{"channel", channel}, {"sum", sum}, {"held", held}}};
 }
 
 }  // namespace nms::compiler

@@ -147,6 +147,7 @@ void Emitter::clip(const ClipDraft& clip, const std::vector<MergedCurve>& curves
     draft.markers.push_back({m.time_ns, string(m.name), m.kind, {}});
     hash.number(m.time_ns);
     hash.text(m.name);
+    hash.number(static_cast<std::int64_t>(m.kind));
   }
   out.content_hash = hash.value();
   draft.clips.push_back(out);

@@ -4,6 +4,8 @@
 #include <deque>
 #include <string>
 
+#include <fmt/format.h>
+
 #include <nms/compiler/diagnostic_kinds.h>
 #include <nms/lang/parse.h>
 
@@ -14,6 +16,8 @@ using lang::NodeKind;
 using lang::NodeRef;
 
 constexpr const char* kPrelude = "prelude.nms";
+/// Files in use at once. Each knows its way to every other.
+constexpr std::size_t kMaxFiles = 2'000;
 
 std::uint32_t find_loaded(const std::vector<LoadedFile>& files, const lang::Source& source) {
   for (std::uint32_t i = 0; i < files.size(); ++i) {
@@ -28,7 +32,9 @@ std::uint32_t load(std::vector<LoadedFile>& files, std::shared_ptr<const lang::S
   const std::uint32_t known = find_loaded(files, *source);
   if (known != kUnreachable) return known;
   const auto index = static_cast<std::uint32_t>(files.size());
-  files.push_back({lang::parse(std::move(source), diagnostics), root, {}, {}});
+  files.emplace_back();
+  files[index].tree = lang::parse(std::move(source), diagnostics);
+  files[index].root = root;
   const std::shared_ptr<const lang::Tree> tree = files[index].tree;
   for (NodeRef declaration : tree->root().children()) {
     if (!declaration.is(NodeKind::use)) continue;
@@ -40,8 +46,14 @@ std::uint32_t load(std::vector<LoadedFile>& files, std::shared_ptr<const lang::S
       diagnostics.report(tree->source_pointer(), name.range(), UseNotFound{path});
       continue;
     }
+    if (files.size() >= kMaxFiles && find_loaded(files, *used) == kUnreachable) {
+      diagnostics.report(tree->source_pointer(), name.range(),
+                         TooLarge{"the number of files in use", fmt::format("{}", kMaxFiles)});
+      break;
+    }
     const std::uint32_t other = load(files, std::move(used), false, provider, diagnostics);
     files[index].uses.push_back(other);
+    files[index].use_at.push_back(name);
   }
   return index;
 }
@@ -68,16 +80,8 @@ void report_cycles(const std::vector<LoadedFile>& files, lang::Diagnostics& diag
       }
       const std::uint32_t used = file.uses[top.next++];
       if (marks[used] == Mark::open) {
-        for (NodeRef d : file.tree->root().children()) {
-          if (!d.is(NodeKind::use)) continue;
-          const NodeRef name = d.child(NodeKind::string);
-          const std::string& path = files[used].tree->source().path();
-          const std::string_view wanted = name ? name.text().substr(1, name.text().size() - 2) : std::string_view();
-          if (path.size() >= wanted.size() && path.ends_with(wanted)) {
-            diagnostics.report(file.tree->source_pointer(), name.range(), UseCycle{path});
-            break;
-          }
-        }
+        const NodeRef at = file.use_at[top.next - 1];
+        diagnostics.report(file.tree->source_pointer(), at.range(), UseCycle{files[used].tree->source().path()});
       } else if (marks[used] == Mark::fresh) {
         marks[used] = Mark::open;
         stack.push_back({used, 0});
@@ -87,31 +91,40 @@ void report_cycles(const std::vector<LoadedFile>& files, lang::Diagnostics& diag
 }
 
 void measure_distances(std::vector<LoadedFile>& files) {
+  std::uint32_t prelude = 0;
+  while (prelude < files.size() && !files[prelude].prelude) ++prelude;
+  std::vector<std::uint32_t> made_of;
+  if (prelude != files.size()) made_of.push_back(prelude);
+  for (std::size_t i = 0; i < made_of.size(); ++i)
+    for (const std::uint32_t used : files[made_of[i]].uses)
+      if (std::find(made_of.begin(), made_of.end(), used) == made_of.end()) made_of.push_back(used);
   for (std::uint32_t start = 0; start < files.size(); ++start) {
     std::vector<std::uint32_t>& distance = files[start].distance;
     distance.assign(files.size(), kUnreachable);
-    distance[start] = 0;
-    std::deque<std::uint32_t> queue{start};
-    while (!queue.empty()) {
-      const std::uint32_t at = queue.front();
-      queue.pop_front();
-      for (const std::uint32_t used : files[at].uses) {
-        if (distance[used] != kUnreachable) continue;
-        distance[used] = distance[at] + 1;
-        queue.push_back(used);
+    std::uint32_t rank = 0;
+    const auto visit = [&](std::uint32_t from) {
+      if (distance[from] != kUnreachable) return;
+      distance[from] = rank++;
+      std::deque<std::uint32_t> queue{from};
+      while (!queue.empty()) {
+        const std::uint32_t at = queue.front();
+        queue.pop_front();
+        for (const std::uint32_t used : files[at].uses) {
+          if (distance[used] != kUnreachable) continue;
+          distance[used] = rank++;
+          queue.push_back(used);
+        }
       }
-    }
+    };
+    visit(start);
+    // Every file sees the prelude, after all that it uses itself; those that the prelude is made of do not.
+    if (prelude != files.size() && std::find(made_of.begin(), made_of.end(), start) == made_of.end()) visit(prelude);
   }
 }
 
-/// Every file sees the prelude, after all that it uses itself. Files that the prelude is made of do not use it.
 void add_prelude(std::vector<LoadedFile>& files, lang::SourceProvider& provider, lang::Diagnostics& diagnostics) {
   std::shared_ptr<const lang::Source> source = provider.find(kPrelude, "");
-  if (!source) return;
-  const std::uint32_t prelude = load(files, std::move(source), false, provider, diagnostics);
-  measure_distances(files);
-  for (std::uint32_t i = 0; i < files.size(); ++i)
-    if (files[prelude].distance[i] == kUnreachable) files[i].uses.push_back(prelude);
+  if (source) files[load(files, std::move(source), false, provider, diagnostics)].prelude = true;
 }
 
 }  // namespace
@@ -135,8 +148,10 @@ bool load_named(std::vector<LoadedFile>& files, std::uint32_t from, const std::s
   if (!source) return false;
   const std::uint32_t index = load(files, std::move(source), false, provider, diagnostics);
   auto& uses = files[from].uses;
-  if (std::find(uses.begin(), uses.end(), index) == uses.end()) uses.push_back(index);
-  add_prelude(files, provider, diagnostics);
+  if (std::find(uses.begin(), uses.end(), index) == uses.end()) {
+    uses.push_back(index);
+    files[from].use_at.emplace_back();
+  }
   measure_distances(files);
   return true;
 }

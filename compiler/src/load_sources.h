@@ -14,8 +14,12 @@ namespace nms::compiler {
 struct LoadedFile {
   std::shared_ptr<const lang::Tree> tree;
   bool root = false;                    ///< named by the caller; its clips are made
-  std::vector<std::uint32_t> uses;      ///< files it uses, in order; the prelude last
-  std::vector<std::uint32_t> distance;  ///< for each file: steps of `use` from here, or kUnreachable
+  bool prelude = false;                 ///< the file that every file sees without using it
+  std::vector<std::uint32_t> uses;      ///< files it uses, in order
+  std::vector<lang::NodeRef> use_at;    ///< for each of them where it says so; none for a lexicon that it names
+  /// For each file its rank from here, or kUnreachable: 0 this one, then those it uses, then theirs, each in order; what
+  /// only the prelude uses comes after all of them.
+  std::vector<std::uint32_t> distance;
 };
 
 inline constexpr std::uint32_t kUnreachable = 0xFFFFFFFFU;

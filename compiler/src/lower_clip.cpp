@@ -55,8 +55,8 @@ class UtteranceLowering {
     tier_ = build_manual_tier(d_.node, scope_, evaluator_);
     whole_ = Span{0, 0, kUnreachable, kUnreachable};
     if (!tier_.empty()) {
-      whole_ = {tier_.signs.front().start_ns, 0, 0, tier_.dominant_count - 1};
-      for (std::uint32_t i = 0; i < tier_.dominant_count; ++i)
+      whole_ = {tier_.signs.front().start_ns, tier_.signs.front().end_ns, 0, tier_.main_count() - 1};
+      for (std::uint32_t i = 0; i < tier_.main_count(); ++i)
         whole_.end_ns = std::max(whole_.end_ns, tier_.signs[i].end_ns);
     }
     find_topics();
@@ -89,7 +89,7 @@ class UtteranceLowering {
     if (lexicon_ != kUnreachable) return true;
     std::vector<std::string> known;
     for (const LexiconDeclaration& l : evaluator_.declarations().lexicons) known.emplace_back(l.declaration.name);
-    evaluator_.report(scope_, name, MissingLexicon{std::string(name.text()), lang::nearest(name.text(), known)});
+    evaluator_.report(scope_, name, MissingLexicon{std::string(name.text()), lang::nearest(name.text(), known), ""});
     return false;
   }
 
@@ -171,9 +171,20 @@ class UtteranceLowering {
       const NodeRef a = call.child(NodeKind::argument);
       const NodeRef given = a.at(a.has(lang::kFlagNamed) ? 1 : 0);
       const auto value = given ? evaluator_.arithmetic(given, scope_) : std::nullopt;
+      // A bracket is a call too, and its signs come after its arguments.
+      for (NodeRef other : call.children())
+        if (other.is(NodeKind::argument) && other != a) {
+          evaluator_.report(scope_, other,
+                            UnexpectedArgument{std::string(e.name), std::string(other.text()), {"intensity"}});
+          return;
+        }
       if (!value || !value->word.empty() || value->quantity.unit != Unit::percent ||
-          (a.has(lang::kFlagNamed) && a.at(0).text() != "intensity") || a.node().next != call.node().next) {
+          (a.has(lang::kFlagNamed) && a.at(0).text() != "intensity")) {
         evaluator_.report(scope_, a, UnexpectedArgument{std::string(e.name), std::string(a.text()), {"intensity"}});
+        return;
+      }
+      if (value->quantity.value < 0.0) {
+        evaluator_.report(scope_, a, OutOfRange{std::string(a.text()), "0% and above"});
         return;
       }
       intensity = value->quantity.value;
@@ -193,12 +204,15 @@ class UtteranceLowering {
     if (e == nullptr) {
       if (structural) return;
       if (lexicon_ == kUnreachable) {
-        evaluator_.report(scope_, b.node.at(0), MissingLexicon{"for " + std::string(b.label), {}});
+        evaluator_.report(scope_, b.node.at(0), MissingLexicon{"", {}, std::string(b.label)});
         return;
       }
-      auto names = evaluator_.declarations().entry_names(lexicon_);
-      names.insert(names.end(), {"clause", "phrase", "topic"});
-      evaluator_.report(scope_, b.node.at(0), UnknownName{"entry", std::string(b.label), lang::nearest(b.label, names)});
+      const auto known = [&] {
+        auto names = evaluator_.declarations().entry_names(lexicon_);
+        names.insert(names.end(), {"clause", "phrase", "topic"});
+        return names;
+      };
+      evaluator_.report(scope_, b.node.at(0), UnknownName{"entry", std::string(b.label), evaluator_.similar(b.label, known)});
       return;
     }
     use(*e, b.node, bracket_span(b), b.node.child(NodeKind::options));
@@ -210,7 +224,7 @@ class UtteranceLowering {
       const NodeRef for_sign = e->node.child(NodeKind::for_sign);
       const NodeRef gloss = for_sign ? for_sign.at(0) : NodeRef();
       if (!gloss) continue;
-      for (std::uint32_t i = 0; i < tier_.dominant_count; ++i)
+      for (std::uint32_t i = 0; i < tier_.main_count(); ++i)
         if (tier_.signs[i].gloss == unquoted(gloss))
           use(*e, {}, {tier_.signs[i].start_ns, tier_.signs[i].end_ns, i, i}, {});
     }
@@ -233,7 +247,7 @@ class UtteranceLowering {
     Span out{tier_.signs[sign].start_ns, tier_.signs[sign].end_ns, sign, sign};
     const bool topic = in_topic_[sign];
     while (out.first_sign > 0 && in_topic_[out.first_sign - 1] == topic) --out.first_sign;
-    while (out.last_sign + 1 < tier_.dominant_count && in_topic_[out.last_sign + 1] == topic) ++out.last_sign;
+    while (out.last_sign + 1 < tier_.main_count() && in_topic_[out.last_sign + 1] == topic) ++out.last_sign;
     out.start_ns = tier_.signs[out.first_sign].start_ns;
     for (std::uint32_t i = out.first_sign; i <= out.last_sign; ++i)
       out.end_ns = std::max(out.end_ns, tier_.signs[i].end_ns);
@@ -257,7 +271,7 @@ class UtteranceLowering {
     } else if (const NodeRef on = item.child(NodeKind::on)) {
       const auto s = on.at(0) ? placer.sign(on.at(0)) : std::nullopt;
       if (!s) return;
-      if (*s >= tier_.dominant_count) {
+      if (*s >= tier_.main_count()) {
         evaluator_.report(scope_, on, NotCompiled{"spreading from a sign of the other hand"});
         return;
       }
@@ -279,7 +293,7 @@ class UtteranceLowering {
       evaluator_.report(scope_, item, NoSigns{std::string(e->name)});
       return;
     } else {
-      std::uint32_t sign = tier_.dominant_count - 1;
+      std::uint32_t sign = tier_.main_count() - 1;
       while (sign > 0 && in_topic_[sign]) --sign;
       span = spread(*e, sign);
     }
@@ -289,21 +303,24 @@ class UtteranceLowering {
   }
 
   void component(NodeRef item, const PlacementContext& context) {
-    // A name that is neither an entry nor a movement: say so with both kinds of name at hand.
     const NodeRef sum = item.child(NodeKind::sum);
+    if (names_an_entry(sum)) return;
+    // A name that is neither an entry nor a movement: say so with both kinds of name at hand.
     const NodeRef term = sum ? sum.at(0) : NodeRef();
     NodeRef primary = term && !sum.at(1) && !term.at(1) ? term.at(0) : NodeRef();
     if (primary && primary.is(NodeKind::call)) primary = NodeRef();
     if (primary && primary.is(NodeKind::name) &&
         evaluator_.declarations().find_movement(primary.text(), scope_.file) == nullptr) {
-      auto names = evaluator_.declarations().movement_names(scope_.file);
-      if (lexicon_ != kUnreachable) {
+      const auto known = [&] {
+        auto names = evaluator_.declarations().movement_names(scope_.file);
+        if (lexicon_ == kUnreachable) return names;
         const auto entries = evaluator_.declarations().entry_names(lexicon_);
         names.insert(names.end(), entries.begin(), entries.end());
-      }
+        return names;
+      };
       evaluator_.report(scope_, primary,
                         UnknownName{"entry, pose, expression or motion", std::string(primary.text()),
-                                    lang::nearest(primary.text(), names)});
+                                    evaluator_.similar(primary.text(), known)});
       return;
     }
     const bool placed = item.child(NodeKind::over) || item.child(NodeKind::at) || item.child(NodeKind::on);
@@ -316,6 +333,25 @@ class UtteranceLowering {
     base.extent = Extent::natural;
     base.stated = true;
     schedule_component(clip_, item, base, 1.0, scope_, context, evaluator_);
+  }
+
+  /// An entry inside a sum, `50% neg`: it is no pose, and there is another way to say it.
+  bool names_an_entry(NodeRef sum) {
+    if (!sum) return false;
+    for (NodeRef term : sum.children())
+      for (NodeRef part : term.children()) {
+        const NodeRef name = part.is(NodeKind::call) ? part.at(0) : part;
+        if (!name.is(NodeKind::name) || entry(name.text()) == nullptr ||
+            evaluator_.declarations().find_movement(name.text(), scope_.file) != nullptr)
+          continue;
+        evaluator_.report(scope_, name,
+                          WrongKind{std::string(name.text()), "an entry", "a pose, expression or motion",
+                                    fmt::format("an entry stands alone in its placement; its intensity is an argument: "
+                                                "{}(60%) over SIGN",
+                                                name.text())});
+        return true;
+      }
+    return false;
   }
 
   const Declaration& d_;

@@ -110,7 +110,7 @@ void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scop
     }
   }
   const Timing own = read_timing(entry.node, scope, evaluator, true);
-  PlacementContext context{tier, span};
+  PlacementContext context{tier, span, true};
   for (NodeRef item : entry.node.children()) {
     switch (item.kind()) {
       case NodeKind::property:

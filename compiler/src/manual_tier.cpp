@@ -1,6 +1,8 @@
 #include "manual_tier.h"
 
+#include <algorithm>
 #include <string>
+#include <unordered_set>
 
 #include <nms/compiler/diagnostic_kinds.h>
 
@@ -99,21 +101,31 @@ class TierBuilder {
                             SignTimes{std::string(tier_.signs[i].gloss), "are missing, and other signs have theirs"});
           break;
         }
+      timed_ = 0;
+      place(first);
       return;
     }
     for (std::size_t i = first; i < tier_.signs.size(); ++i) {
-      const Sign& s = tier_.signs[i];
+      Sign& s = tier_.signs[i];
+      if (!s.alias.empty() && !aliases_.emplace(s.alias).second)
+        evaluator_.report(scope_, s.node.child(NodeKind::alias), DuplicateName{"sign", std::string(s.alias)});
       const char* reason = nullptr;
       if (s.stroke_end_ns <= s.start_ns) reason = "end before they start";
       else if (s.end_ns < s.stroke_end_ns) reason = "hold the sign until before it ends";
       else if (i > first && s.start_ns < tier_.signs[i - 1].start_ns) reason = "are before those of the sign in front of it";
-      if (reason != nullptr) evaluator_.report(scope_, s.node, SignTimes{std::string(s.gloss), reason});
+      if (reason == nullptr) continue;
+      evaluator_.report(scope_, s.node, SignTimes{std::string(s.gloss), reason});
+      // In order from here on, so that nothing placed by this sign is complained of too.
+      if (i > first) s.start_ns = std::max(s.start_ns, tier_.signs[i - 1].start_ns);
+      if (s.stroke_end_ns <= s.start_ns) s.stroke_end_ns = s.start_ns + kFinalSignNs;
+      s.end_ns = std::max(s.end_ns, s.stroke_end_ns);
     }
   }
 
   const Scope& scope_;
   Evaluator& evaluator_;
   ManualTier tier_;
+  std::unordered_set<std::string_view> aliases_;
   int timed_ = 0;
   int untimed_ = 0;
 };

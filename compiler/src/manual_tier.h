@@ -35,7 +35,11 @@ struct ManualTier {
   std::uint32_t dominant_count = 0;  ///< signs [0, dominant_count) are the signing hand's
   std::vector<Bracket> brackets;     ///< outer before inner, in order
 
-  [[nodiscard]] bool empty() const { return dominant_count == 0; }
+  [[nodiscard]] bool empty() const { return signs.empty(); }
+  /// The signs that the utterance is made of are [0, main_count): the signing hand's, or the other's if it signs alone.
+  [[nodiscard]] std::uint32_t main_count() const {
+    return dominant_count != 0 ? dominant_count : static_cast<std::uint32_t>(signs.size());
+  }
 };
 
 /// Reads the `signs { }` blocks. Signs without times get measured lengths and gaps: 233 ms a sign, 100 ms a gap,

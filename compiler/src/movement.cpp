@@ -22,6 +22,12 @@ constexpr std::uint32_t kMaxWork = 200'000;
 constexpr std::size_t kMaxDepth = 64;
 constexpr std::size_t kMaxSequences = 1'000;
 constexpr std::size_t kMaxSteps = 10'000;
+/// Brackets open at once, over all definitions on the way: the stack is finite.
+constexpr std::uint32_t kMaxBrackets = 2'000;
+/// Most that a product or a sum of numbers may come to: a time of that many seconds still has its nanoseconds.
+constexpr double kMostArithmetic = 1e9;
+/// Most that amounts may add up to, in full scales. Anything near it is a slip; far above it numbers would overflow.
+constexpr double kMaxAmount = 1e6;
 
 bool is_scalar(Unit u) { return u == Unit::none || u == Unit::percent || u == Unit::count; }
 
@@ -53,8 +59,9 @@ bool Evaluator::fresh(NodeRef at, std::string_view kind) {
   return reported_.emplace(&at.tree(), at.index(), kind).second;
 }
 
-bool Evaluator::spend(NodeRef at, const Scope& scope) {
-  if (++spent_ <= kMaxWork) return true;
+bool Evaluator::spend(NodeRef at, const Scope& scope, std::size_t steps) {
+  spent_ += static_cast<std::uint32_t>(steps);
+  if (spent_ <= kMaxWork) return true;
   if (!overspent_) report(scope, at, TooLarge{"the work that this definition takes", fmt::format("{} steps", kMaxWork)});
   overspent_ = true;
   return false;
@@ -149,8 +156,12 @@ std::optional<Argument> Evaluator::arithmetic(NodeRef node, const Scope& scope) 
         const double scale = left_scalar ? product.quantity.value : value.quantity.value;
         const Quantity& dimensional = left_scalar ? value.quantity : product.quantity;
         const double ns = static_cast<double>(dimensional.nanoseconds) * scale;
-        product.quantity = {product.quantity.value * value.quantity.value, unit,
-                            static_cast<std::int64_t>(ns < 0 ? ns - 0.5 : ns + 0.5)};
+        product.quantity = {product.quantity.value * value.quantity.value, unit, 0};
+        if (!(product.quantity.value >= -kMostArithmetic && product.quantity.value <= kMostArithmetic)) {
+          report(scope, p, OutOfRange{std::string(t.text()), "what arithmetic may come to"});
+          return std::nullopt;
+        }
+        product.quantity.nanoseconds = static_cast<std::int64_t>(ns < 0 ? ns - 0.5 : ns + 0.5);
       }
       any = true;
     }
@@ -179,6 +190,10 @@ std::optional<Argument> Evaluator::arithmetic(NodeRef node, const Scope& scope) 
         return std::nullopt;
       }
       total.quantity.value += sign * product.quantity.value;
+      if (!(total.quantity.value >= -kMostArithmetic && total.quantity.value <= kMostArithmetic)) {
+        report(scope, t, OutOfRange{std::string(node.text()), "what arithmetic may come to"});
+        return std::nullopt;
+      }
       total.quantity.nanoseconds += sign < 0 ? -product.quantity.nanoseconds : product.quantity.nanoseconds;
     }
     first = false;
@@ -220,7 +235,9 @@ bool Evaluator::multiply_by(NodeRef factor, const Scope& scope, Scale& scale) {
   }
   if (is_scalar(q.unit)) {
     scale.factor *= q.value;
-    return true;
+    if (scale.factor >= -kMaxAmount && scale.factor <= kMaxAmount) return true;
+    report(scope, node, OutOfRange{std::string(node.text()), fmt::format("factors up to {}", kMaxAmount)});
+    return false;
   }
   if ((q.unit == Unit::angle || q.unit == Unit::length) && scale.unit == Unit::none) {
     scale.unit = q.unit;
@@ -300,13 +317,16 @@ bool Evaluator::facs(NodeRef node, const Scale& scale, const Scope& scope, Movem
   return good;
 }
 
-bool Evaluator::take(Movement&& part, const Scale& scale, const Scope& scope, Movement& into) {
+bool Evaluator::take(Movement&& part, const Scale& scale, NodeRef at, const Scope& scope, Movement& into) {
   if (scale.unit != Unit::none) {
     report(scope, scale.node,
            UnitMismatch{std::string(scale.node.text()), std::string(lang::describe(scale.unit)),
                         "a share or a plain number"});
     return false;
   }
+  // A long sequence costs what it weighs, wherever it is copied to.
+  for (const Sequence& s : part.sequences)
+    if (!spend(at, scope, s.steps.size())) return false;
   for (const Amount& a : part.pose) add_amount(into.pose, a.channel, a.value * scale.factor);
   for (Sequence& s : part.sequences) {
     for (Step& step : s.steps) scale_pose(step.pose, scale.factor);
@@ -317,7 +337,7 @@ bool Evaluator::take(Movement&& part, const Scale& scale, const Scope& scope, Mo
     into.oscillations.push_back(o);
   }
   if (into.sequences.size() > kMaxSequences || into.oscillations.size() > kMaxSequences) {
-    overspent_ = true;
+    report(scope, at, TooLarge{"the number of movements in one sum", fmt::format("{}", kMaxSequences)});
     return false;
   }
   return true;
@@ -394,7 +414,7 @@ bool Evaluator::oscillate(NodeRef call, const Scale& scale, const Scope& scope, 
   if (!(o.by >= -10.0 && o.by <= 10.0)) return outside("by", "ten times the axis' full scale");
   Movement part;
   part.oscillations.push_back(o);
-  return take(std::move(part), scale, scope, into);
+  return take(std::move(part), scale, call, scope, into);
 }
 
 std::optional<Scope> Evaluator::bind(NodeRef call, bool skip_first, std::string_view callee, NodeRef params,
@@ -408,6 +428,8 @@ std::optional<Scope> Evaluator::bind(NodeRef call, bool skip_first, std::string_
   if (params)
     for (NodeRef p : params.children()) {
       if (!p.is(NodeKind::param)) continue;
+      if (std::find(names.begin(), names.end(), p.at(0).text()) != names.end())
+        report(scope, p, DuplicateName{"parameter", std::string(p.at(0).text())});
       declared.push_back(p);
       names.emplace_back(p.at(0).text());
       const NodeRef fallback = p.at(1);
@@ -495,7 +517,7 @@ bool Evaluator::named(NodeRef name, NodeRef call, const Scale& scale, const Scop
       const NodeRef a = call.child(NodeKind::argument);
       const NodeRef inner = a ? a.at(0) : NodeRef();
       if (!inner || a.node().next != call.node().next) {
-        report(scope, call, MissingArgument{std::string(word), "what to move on that side"});
+        report(scope, call, MissingArgument{std::string(word), ""});
         return false;
       }
       auto part = sum(inner, scope);
@@ -506,7 +528,7 @@ bool Evaluator::named(NodeRef name, NodeRef call, const Scale& scale, const Scop
       keep_side(part->pose, channels_, side);
       for (Sequence& s : part->sequences)
         for (Step& step : s.steps) keep_side(step.pose, channels_, side);
-      return take(std::move(*part), scale, scope, into);
+      return take(std::move(*part), scale, name, scope, into);
     }
   }
   bool skip_first = false;
@@ -526,7 +548,7 @@ bool Evaluator::named(NodeRef name, NodeRef call, const Scale& scale, const Scop
         } else if (d == nullptr) {
           report(scope, w,
                  UnknownName{"pose, expression or motion", variant,
-                             lang::nearest(variant, declarations_.movement_names(scope.file))});
+                             similar(variant, [&] { return declarations_.movement_names(scope.file); })});
           return false;
         }
       }
@@ -540,14 +562,14 @@ bool Evaluator::named(NodeRef name, NodeRef call, const Scale& scale, const Scop
       return false;
     }
     report(scope, name, UnknownName{"pose, expression or motion", std::string(word),
-                                    lang::nearest(word, declarations_.movement_names(scope.file))});
+                                    similar(word, [&] { return declarations_.movement_names(scope.file); })});
     return false;
   }
   auto inner = bind(call, skip_first, d->name, d->node.child(NodeKind::params), d->file, scope);
   if (!inner) return false;
   auto part = declaration(*d, *inner);
   if (!part) return false;
-  return take(std::move(*part), scale, scope, into);
+  return take(std::move(*part), scale, name, scope, into);
 }
 
 bool Evaluator::term(NodeRef node, const Scope& scope, Movement& into) {
@@ -566,14 +588,14 @@ bool Evaluator::term(NodeRef node, const Scope& scope, Movement& into) {
       case NodeKind::call: return named(part.at(0), part, scale, scope, into);
       case NodeKind::group: {
         auto inner = sum(part.at(0), scope);
-        return inner && take(std::move(*inner), scale, scope, into);
+        return inner && take(std::move(*inner), scale, part, scope, into);
       }
       case NodeKind::steps: {
         auto s = sequence(part, "", std::nullopt, scope);
         if (!s) return false;
         Movement m;
         m.sequences.push_back(std::move(*s));
-        return take(std::move(m), scale, scope, into);
+        return take(std::move(m), scale, part, scope, into);
       }
       case NodeKind::quantity:
         report(scope, part, WrongKind{std::string(part.text()), "a number", "a pose, expression or motion",
@@ -587,6 +609,21 @@ bool Evaluator::term(NodeRef node, const Scope& scope, Movement& into) {
 
 std::optional<Movement> Evaluator::sum(NodeRef node, const Scope& scope) {
   if (!node || node.has(lang::kFlagError)) return std::nullopt;
+  if (depth_ >= kMaxBrackets) {
+    report(scope, node, TooLarge{"the depth of brackets and definitions", fmt::format("{}", kMaxBrackets)});
+    return std::nullopt;
+  }
+  if (depth_ == 0 && open_.empty()) {  // what is placed starts afresh, as a declaration does
+    spent_ = 0;
+    overspent_ = false;
+  }
+  ++depth_;
+  auto out = sum_within(node, scope);
+  --depth_;
+  return out;
+}
+
+std::optional<Movement> Evaluator::sum_within(NodeRef node, const Scope& scope) {
   Movement out;
   bool good = true;
   if (node.is(NodeKind::name)) {  // an argument that is a bare name: left(smile)
@@ -601,6 +638,11 @@ std::optional<Movement> Evaluator::sum(NodeRef node, const Scope& scope) {
   for (NodeRef t : node.children())
     if (t.is(NodeKind::term)) good = term(t, scope, out) && good;
   if (!good) return std::nullopt;
+  for (const Amount& a : out.pose)
+    if (!(a.value >= -kMaxAmount && a.value <= kMaxAmount)) {
+      report(scope, node, OutOfRange{std::string(node.text()), fmt::format("what may be added up, {}%", kMaxAmount * 100.0)});
+      return std::nullopt;
+    }
   return out;
 }
 

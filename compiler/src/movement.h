@@ -110,6 +110,15 @@ class Evaluator {
     return diagnostics_.report(at.tree().source_pointer(), at.range(), kind);
   }
 
+  /// Names like `word` among those that `names()` lists. After many errors none are looked for: whoever has a thousand
+  /// misses a `use`, and each search walks all names.
+  template <typename Names>
+  [[nodiscard]] std::vector<std::string> similar(std::string_view word, Names names) const {
+    constexpr std::size_t kMostSearches = 100;
+    if (diagnostics_.error_count() >= kMostSearches) return {};
+    return lang::nearest(word, names());
+  }
+
   [[nodiscard]] const Channels& channels() const { return channels_; }
   [[nodiscard]] const Declarations& declarations() const { return declarations_; }
   [[nodiscard]] lang::Diagnostics& diagnostics() { return diagnostics_; }
@@ -132,11 +141,12 @@ class Evaluator {
   [[nodiscard]] bool facs(lang::NodeRef node, const Scale& scale, const Scope& scope, Movement& into);
   [[nodiscard]] bool named(lang::NodeRef name, lang::NodeRef call, const Scale& scale, const Scope& scope, Movement& into);
   [[nodiscard]] bool oscillate(lang::NodeRef call, const Scale& scale, const Scope& scope, Movement& into);
-  [[nodiscard]] bool take(Movement&& part, const Scale& scale, const Scope& scope, Movement& into);
+  [[nodiscard]] bool take(Movement&& part, const Scale& scale, lang::NodeRef at, const Scope& scope, Movement& into);
+  [[nodiscard]] std::optional<Movement> sum_within(lang::NodeRef node, const Scope& scope);
   [[nodiscard]] const Argument* argument(std::string_view name, const Scope& scope) const;
   [[nodiscard]] bool fresh(lang::NodeRef at, std::string_view kind);
-  /// Counts one step of work; false once a definition has taken more than any sensible one.
-  [[nodiscard]] bool spend(lang::NodeRef at, const Scope& scope);
+  /// Counts steps of work; false once a definition has taken more than any sensible one.
+  [[nodiscard]] bool spend(lang::NodeRef at, const Scope& scope, std::size_t steps = 1);
 
   const std::vector<LoadedFile>& files_;
   const Declarations& declarations_;
@@ -147,6 +157,7 @@ class Evaluator {
   std::set<std::tuple<const lang::Tree*, std::uint32_t, std::string_view>> reported_;
   lang::Diagnostic repeated_;  ///< what `report` hands back for a thing already said
   std::uint32_t spent_ = 0;
+  std::uint32_t depth_ = 0;  ///< sums open at once
   bool overspent_ = false;
 };
 

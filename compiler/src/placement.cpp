@@ -38,16 +38,18 @@ std::optional<std::uint32_t> Placer::sign(NodeRef name) {
     return std::nullopt;
   }
   std::vector<std::uint32_t> found;
-  std::vector<std::string> names;
   for (std::uint32_t i = 0; i < context_.tier->signs.size(); ++i) {
     const Sign& s = context_.tier->signs[i];
     if (!s.alias.empty() && s.alias == text) return i;
     if (s.gloss == text) found.push_back(i);
-    names.emplace_back(s.gloss);
-    if (!s.alias.empty()) names.emplace_back(s.alias);
   }
   if (found.size() == 1) return found[0];
   if (found.empty()) {
+    std::vector<std::string> names;
+    for (const Sign& s : context_.tier->signs) {
+      names.emplace_back(s.gloss);
+      if (!s.alias.empty()) names.emplace_back(s.alias);
+    }
     evaluator_.report(scope_, name, UnknownSign{std::string(text), lang::nearest(text, names)});
     return std::nullopt;
   }
@@ -63,6 +65,15 @@ bool Placer::signed_here(std::string_view gloss) const {
   if (context_.tier == nullptr) return false;
   return std::any_of(context_.tier->signs.begin(), context_.tier->signs.end(),
                      [&](const Sign& s) { return s.gloss == gloss || s.alias == gloss; });
+}
+
+std::optional<std::int64_t> Placer::edge(NodeRef at, bool start) {
+  if (start) return context_.whole.start_ns;
+  if (context_.whole.end_ns > context_.whole.start_ns) return context_.whole.end_ns;
+  evaluator_.report(scope_, at,
+                    WrongKind{std::string(at.text()), "nowhere: nothing says when this ends", "a time",
+                              "give the timeline a length, timeline NAME 3s { }, or the utterance its signs"});
+  return std::nullopt;
 }
 
 std::optional<std::int64_t> Placer::point(NodeRef node) {
@@ -85,7 +96,9 @@ std::optional<std::int64_t> Placer::point(NodeRef node) {
           return std::nullopt;
         }
         if (!name) {  // `at start`, `end - 30ms`: of what surrounds it
-          time = text.starts_with("start") ? context_.whole.start_ns : context_.whole.end_ns;
+          const auto of_whole = edge(part, text.starts_with("start"));
+          if (!of_whole) return std::nullopt;
+          time = *of_whole;
           have = true;
           break;
         }
@@ -96,10 +109,13 @@ std::optional<std::int64_t> Placer::point(NodeRef node) {
         have = true;
         break;
       }
-      case NodeKind::edge_sign:
-        time = part.text() == "start" ? context_.whole.start_ns : context_.whole.end_ns;
+      case NodeKind::edge_sign: {
+        const auto of_whole = edge(part, part.text() == "start");
+        if (!of_whole) return std::nullopt;
+        time = *of_whole;
         have = true;
         break;
+      }
       case NodeKind::offset: {
         const NodeRef amount = part.child(NodeKind::quantity);
         const auto q = amount ? evaluator_.quantity(amount, lang::Unit::time, scope_) : std::nullopt;
@@ -131,8 +147,15 @@ std::optional<Span> Placer::own_span(NodeRef node) {
     }
     case NodeKind::edge_sign: {
       const std::string_view text = what.text();
-      if (text == "start") return Span{context_.whole.start_ns, context_.whole.start_ns, kUnreachable, kUnreachable};
-      if (text == "end") return Span{context_.whole.end_ns, context_.whole.end_ns, kUnreachable, kUnreachable};
+      if (text == "start" || text == "end") {
+        const auto t = edge(what, text == "start");
+        if (!t) return std::nullopt;
+        return Span{*t, *t, kUnreachable, kUnreachable};
+      }
+      if (!context_.whole.has_signs() && !context_.entry) {
+        evaluator_.report(scope_, what, NoSigns{std::string(text)});
+        return std::nullopt;
+      }
       // An entry played alone has no signs: its whole span stands for its only one.
       if (!context_.whole.has_signs()) return context_.whole;
       return of_sign(text.starts_with("first") ? context_.whole.first_sign : context_.whole.last_sign);
@@ -183,7 +206,7 @@ std::optional<Span> Placer::over(NodeRef over) {
   }
   Span out{start->time_ns, end->time_ns, kUnreachable, kUnreachable};
   if (context_.tier != nullptr)
-    for (std::uint32_t i = 0; i < context_.tier->dominant_count; ++i) {
+    for (std::uint32_t i = 0; i < context_.tier->main_count(); ++i) {
       const Sign& s = context_.tier->signs[i];
       if (s.start_ns < out.start_ns || s.end_ns > out.end_ns) continue;
       if (out.first_sign == kUnreachable) out.first_sign = i;

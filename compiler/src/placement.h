@@ -23,6 +23,7 @@ struct Span {
 struct PlacementContext {
   const ManualTier* tier = nullptr;  ///< null in a timeline
   Span whole;                        ///< the entry's span, the utterance, or the timeline
+  bool entry = false;                ///< without signs the entry's span stands for its only one
 };
 
 /// Resolves `X over SPAN` and `X at POINT [for TIME]`. One grammar, one meaning, wherever it stands.
@@ -46,6 +47,8 @@ class Placer {
   [[nodiscard]] std::optional<Place> span_end(lang::NodeRef node, End which);
   [[nodiscard]] std::optional<Span> own_span(lang::NodeRef span_end);
   [[nodiscard]] bool signed_here(std::string_view gloss) const;
+  /// `start` or `end` of what surrounds the placement. Nothing: nobody has said where that ends.
+  [[nodiscard]] std::optional<std::int64_t> edge(lang::NodeRef at, bool start);
   [[nodiscard]] std::optional<std::uint32_t> tagged(std::string_view tag) const;
 
   Evaluator& evaluator_;

@@ -14,7 +14,9 @@ using lang::Unit;
 
 namespace {
 
-constexpr std::size_t kMaxContributions = 100'000;
+constexpr std::size_t kMaxContributions = 400'000;
+/// Knots of all contributions to one clip, before they are merged: some 200 MB.
+constexpr std::size_t kMaxKnots = 2'000'000;
 constexpr double kMaxCycles = 10'000.0;
 
 std::string milliseconds(std::int64_t ns) { return fmt::format("{:.6g}ms", static_cast<double>(ns) / 1e6); }
@@ -39,8 +41,16 @@ Curve trapezoid(std::int64_t t0, std::int64_t t1, std::int64_t t2, std::int64_t 
 }
 
 bool room_left(ClipDraft& clip, const Placed& placed, const Scope& scope, Evaluator& evaluator) {
-  if (clip.contributions.size() < kMaxContributions) return true;
-  evaluator.report(scope, placed.node, TooLarge{"the number of contributions to one clip", fmt::format("{}", kMaxContributions)});
+  for (; clip.counted < clip.contributions.size(); ++clip.counted)
+    clip.knots += clip.contributions[clip.counted].curve.knots.size();
+  if (clip.contributions.size() < kMaxContributions && clip.knots < kMaxKnots) return true;
+  if (clip.full) return false;  // said once
+  clip.full = true;
+  if (clip.knots >= kMaxKnots)
+    evaluator.report(scope, placed.node, TooLarge{"the number of knots in one clip", fmt::format("{}", kMaxKnots)});
+  else
+    evaluator.report(scope, placed.node,
+                     TooLarge{"the number of contributions to one clip", fmt::format("{}", kMaxContributions)});
   return false;
 }
 
@@ -286,7 +296,7 @@ void play_sequence(ClipDraft& clip, const Sequence& sequence, std::int64_t start
     const double at = natural == 0.0 ? 0.0
                                      : (static_cast<double>(own) + share * natural) *
                                            (static_cast<double>(duration_ns) / natural);
-    end[i] = start_ns + rounded(at);
+    end[i] = start_ns + std::min(rounded(at), duration_ns);  // own times may be a nanosecond longer than the whole
   }
   if (!end.empty()) end.back() = start_ns + duration_ns;
 

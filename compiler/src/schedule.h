@@ -64,6 +64,9 @@ struct ClipDraft {
   std::vector<Contribution> contributions;
   std::vector<DraftMarker> markers;
   std::vector<DraftSource> sources;
+  std::size_t counted = 0;  ///< contributions whose knots are counted
+  std::size_t knots = 0;
+  bool full = false;        ///< it has more than fits, and that has been said
 };
 
 /// How long a movement lasts where it is placed.

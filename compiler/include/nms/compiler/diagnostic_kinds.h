@@ -162,8 +162,9 @@ struct SignTimes {
 };
 struct MissingLexicon {
   NMS_KIND(missing_lexicon, error);
-  std::string name;
+  std::string name;       ///< of the lexicon; empty: the utterance names none
   std::vector<std::string> nearest;
+  std::string needed_by;  ///< the entry that is looked for, where the utterance names no lexicon
 };
 struct UnknownProperty {
   NMS_KIND(unknown_property, error);
@@ -213,6 +214,7 @@ struct Saturated {
   NMS_KIND(saturated, warning);
   std::string channel;
   std::string sum;
+  std::string held;  ///< where it is held: 100%, 0%, or -100% on an axis
 };
 
 #undef NMS_KIND
