@@ -90,6 +90,7 @@ int main(int argc, char** argv) try {
   fps->excludes(at);
   sample_command->add_option("--face", sample_options.face, "Warn of action units this face cannot show")->type_name("NAME");
   sample_command->callback([&] {
+    if (sample_options.fps != sample_options.fps) throw CLI::ValidationError("--fps", "it is not a number");
     if (sample_options.times.empty() && sample_options.fps == 0.0)
       throw CLI::RequiredError("--fps or --at");
     chosen = [&] { return sample(global, sample_options); };
@@ -102,8 +103,8 @@ int main(int argc, char** argv) try {
     return code == 0 ? kSuccess : kUsage;
   }
   const int code = chosen();
-  if (std::fflush(stdout) != 0) {
-    fmt::print(stderr, "nmsc: error cannot_write: standard output is closed\n");
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+    fmt::print(stderr, "nmsc: error cannot_write: standard output cannot take more: it is closed, or its disk is full\n");
     return kErrors;
   }
   return code;

@@ -13,12 +13,17 @@
 
 namespace nms::cli {
 
-std::optional<program::Failure> write_file(const std::string& path, std::span<const std::byte> bytes) {
-  const auto fail = [&path](int error) {
-    return program::Failure{"cannot_write", path, std::strerror(error), "check that the folder exists and has room"};
+std::optional<program::Failure> write_file(const std::string& named, std::span<const std::byte> bytes) {
+  const auto fail = [&named](int error) {
+    return program::Failure{"cannot_write", named, std::strerror(error), "check that the folder exists and has room"};
   };
   struct stat status {};
-  if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) {
+  const bool exists = ::stat(named.c_str(), &status) == 0;
+  // A link stays a link: what it leads to is written.
+  std::error_code no_target;
+  std::string path = exists ? std::filesystem::canonical(named, no_target).string() : named;
+  if (path.empty()) path = named;
+  if (exists && !S_ISREG(status.st_mode)) {
     // A device or a pipe cannot be renamed over: it is written to.
     if (S_ISDIR(status.st_mode)) return fail(EISDIR);
     std::FILE* out = std::fopen(path.c_str(), "wb");
@@ -34,6 +39,8 @@ std::optional<program::Failure> write_file(const std::string& path, std::span<co
   if (fd < 0) return fail(errno);
   std::size_t done = 0;
   int error = 0;
+  // Whoever could read the old file can read the new one, and nobody else.
+  if (exists && ::fchmod(fd, status.st_mode & 07777U) != 0) error = errno;
   while (done < bytes.size() && error == 0) {
     const ::ssize_t n = ::write(fd, bytes.data() + done, bytes.size() - done);
     if (n < 0) {

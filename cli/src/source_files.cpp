@@ -66,6 +66,7 @@ tl::expected<std::shared_ptr<const lang::Source>, program::Failure> SourceFiles:
   if (!text) return tl::unexpected(text.error());
   auto source = std::make_shared<const lang::Source>(name, std::move(*text));
   known_[name] = source;
+  on_disk_.insert(name);
   return source;
 }
 
@@ -99,7 +100,7 @@ std::shared_ptr<const lang::Source> SourceFiles::stdlib(const std::string& name)
 std::shared_ptr<const lang::Source> SourceFiles::find(std::string_view name, std::string_view from) {
   if (name.empty() || name.find('\0') != std::string_view::npos) return nullptr;
   for (const std::string& spelled : {std::string(name), std::string(name) + ".nms"}) {
-    if (from.starts_with(kStdlib) && known_.count(std::string(from)) != 0) {
+    if (from.starts_with(kStdlib) && on_disk_.count(std::string(from)) == 0 && known_.count(std::string(from)) != 0) {
       const fs::path folder = fs::path(std::string(from.substr(kStdlib.size()))).parent_path();
       if (auto source = stdlib((folder / spelled).generic_string())) return source;
     } else if (!from.empty()) {

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 
 #include <tl/expected.hpp>
@@ -33,6 +34,7 @@ class SourceFiles : public lang::SourceProvider {
   [[nodiscard]] std::shared_ptr<const lang::Source> disk(const std::string& path);
   std::string stdlib_folder_;
   std::map<std::string, std::shared_ptr<const lang::Source>> known_;
+  std::set<std::string> on_disk_;  ///< those of them that a folder of the user's holds, should it be called stdlib/ too
 };
 
 }  // namespace nms::cli

@@ -1,0 +1,289 @@
+#!/usr/bin/env bash
+# cli_test.sh NMSC ROOT: what the command promises to whoever runs it. One line for each thing that does not hold.
+set -uo pipefail
+export LC_ALL=C
+unset NO_COLOR
+if [[ $# -ne 2 ]]; then
+  echo "usage: cli_test.sh NMSC ROOT" >&2
+  exit 2
+fi
+nmsc=$(realpath "$1")
+root=$(realpath "$2")
+dir=$(mktemp -d)
+trap 'chmod -R u+w "$dir"; rm -rf "$dir"' EXIT
+cd "$dir"
+failed=0
+count=0
+
+wrong() {
+  failed=$((failed + 1))
+  echo "wrong: $1"
+  sed 's/^/    /' err | head -n 20
+}
+# expect CODE NAME COMMAND...: runs it, output in `out` and `err`.
+expect() {
+  local want=$1 name=$2
+  shift 2
+  count=$((count + 1))
+  local status=0
+  "$@" >out 2>err </dev/null || status=$?
+  [[ $status -eq $want ]] || wrong "$name: exit code $status, not $want"
+}
+# holds NAME COMMAND...: it succeeds.
+holds() {
+  local name=$1
+  shift
+  count=$((count + 1))
+  "$@" >/dev/null 2>&1 || wrong "$name"
+}
+says() { holds "$1: says \"$2\"" grep -qF -- "$2" err; }
+silent() { holds "$1: prints nothing" test ! -s "$2"; }
+no_leftovers() { holds "$1: leaves nothing half-written" bash -c '[[ -z $(find . -name "*.part") ]]'; }
+
+cat >good.nms <<'NMS'
+pose grin = 60% AU12
+expression smile 2s {
+  50%: grin
+  50%: 0% grin
+}
+timeline look 1s {
+  gaze left over 0.2s..0.6s
+}
+NMS
+cat >bad.nms <<'NMS'
+pose a = AU998
+pose b = rase(50%)
+timeline t 1s { grni at 0s }
+NMS
+printf 'timeline t 5s { AU1 over 1s..1.01s }\n' >warn.nms
+
+# ---- Exit codes
+expect 0 "check good" "$nmsc" check good.nms
+silent "check good" out
+silent "check good" err
+expect 1 "check bad" "$nmsc" check bad.nms
+for line in 1 2 3; do says "several errors in one run" "bad.nms:$line:"; done
+expect 0 "a warning is no error" "$nmsc" check warn.nms
+says "a warning is no error" "warning phases_shrunk"
+expect 1 "one bad file among good ones" "$nmsc" check good.nms bad.nms
+expect 2 "no command" "$nmsc"
+expect 2 "unknown command" "$nmsc" frobnicate good.nms
+expect 2 "unknown flag" "$nmsc" check --frobnicate good.nms
+expect 2 "no file" "$nmsc" check
+expect 2 "compile without -o" "$nmsc" compile good.nms
+expect 2 "unknown error format" "$nmsc" --error-format=xml check good.nms
+expect 2 "sample without times" "$nmsc" sample good.nms --clip smile
+expect 2 "sample with both kinds of times" "$nmsc" sample good.nms --clip smile --fps 10 --at 1
+for fps in 0 -1 nan 1e9; do expect 2 "sample at $fps" "$nmsc" sample good.nms --clip smile --fps $fps; done
+expect 0 "help" "$nmsc" --help
+expect 0 "version" "$nmsc" --version
+
+# ---- What a file can be
+expect 1 "missing file" "$nmsc" check missing.nms
+says "missing file" "missing.nms"
+expect 1 "missing file in fmt" "$nmsc" fmt missing.nms
+mkdir folder
+expect 1 "folder" "$nmsc" check folder
+says "folder" "folder"
+: >empty.nms
+expect 0 "empty file" "$nmsc" check empty.nms
+expect 0 "empty program" "$nmsc" compile empty.nms -o empty.auc
+expect 0 "empty program" "$nmsc" dump empty.auc
+head -c 20000 /dev/urandom >binary.nms
+expect 1 "binary" "$nmsc" check binary.nms
+printf 'pose p = AU12 // \xff\xfe\npose \xc3\x28 = AU1\n' >utf8.nms
+expect 1 "invalid UTF-8" "$nmsc" check utf8.nms
+says "invalid UTF-8" "utf8.nms:2:"
+sed 's/$/\r/' good.nms >crlf.nms
+expect 0 "CRLF" "$nmsc" check crlf.nms
+printf '\xef\xbb\xbf' | cat - good.nms >bom.nms
+expect 0 "a byte order mark" "$nmsc" check bom.nms
+truncate -s 300M huge.nms
+expect 1 "huge" "$nmsc" check huge.nms
+says "huge" "file_too_large"
+rm huge.nms
+{ printf 'pose p = '; printf '(%.0s' {1..100000}; printf 'AU1\n'; } >deep.nms
+expect 1 "brackets without end" "$nmsc" check deep.nms
+yes 'pose p = AU998 + nothing' | head -n 20000 >many.nms
+expect 1 "twenty thousand errors" timeout 20 "$nmsc" check many.nms
+if [[ $(id -u) -ne 0 ]]; then
+  cp good.nms secret.nms && chmod 000 secret.nms
+  expect 1 "unreadable file" "$nmsc" check secret.nms
+  mkdir locked && chmod 555 locked
+  expect 1 "read-only folder" "$nmsc" compile good.nms -o locked/out.auc
+  no_leftovers "read-only folder"
+fi
+
+# ---- Standard input
+expect_stdin() {
+  local want=$1 name=$2 input=$3
+  shift 3
+  count=$((count + 1))
+  local status=0
+  "$@" >out 2>err <"$input" || status=$?
+  [[ $status -eq $want ]] || wrong "$name: exit code $status, not $want"
+}
+expect_stdin 0 "check -" good.nms "$nmsc" check -
+expect_stdin 1 "check -" bad.nms "$nmsc" check -
+says "check -" "<stdin>:1:"
+expect_stdin 0 "fmt -" good.nms "$nmsc" fmt -
+holds "fmt - prints" grep -q smile out
+expect_stdin 0 "list -" good.nms "$nmsc" list -
+
+# ---- Output
+expect 0 "compile" "$nmsc" compile good.nms -o good.auc
+no_leftovers "compile"
+expect 1 "no program from errors" "$nmsc" compile bad.nms -o bad.auc
+holds "no program from errors" test ! -e bad.auc
+cp good.auc kept.auc
+expect 1 "errors leave the old program" "$nmsc" compile bad.nms -o kept.auc
+holds "errors leave the old program" cmp good.auc kept.auc
+expect 1 "folder that is not there" "$nmsc" compile good.nms -o nowhere/out.auc
+says "folder that is not there" "cannot_write"
+expect 1 "a folder as output" "$nmsc" compile good.nms -o folder
+no_leftovers "folder as output"
+if [[ -e /dev/full ]]; then
+  expect 1 "full disk" "$nmsc" compile good.nms -o /dev/full
+  says "full disk" "cannot_write"
+  for command in "dump good.nms" "list good.nms" "sample good.nms --clip smile --fps 10" "fmt -"; do
+    count=$((count + 1))
+    status=0
+    # shellcheck disable=SC2086
+    "$nmsc" $command >/dev/full 2>err <good.nms || status=$?
+    [[ $status -eq 1 ]] || wrong "$command to a full disk: exit code $status, not 1"
+    says "$command to a full disk" "cannot_write"
+  done
+fi
+expect 0 "to /dev/null" "$nmsc" compile good.nms -o /dev/null
+for command in "dump good.nms" "sample good.nms --clip smile --fps 100000"; do
+  count=$((count + 1))
+  # shellcheck disable=SC2086
+  "$nmsc" $command 2>err | head -n 1 >/dev/null
+  status=${PIPESTATUS[0]}
+  [[ $status -eq 0 || $status -eq 1 || $status -eq 141 ]] || wrong "$command to a closed pipe: exit code $status"
+done
+
+# ---- JSON diagnostics
+json='import json, sys
+d = json.load(open("err", encoding="utf-8"))
+d = d if isinstance(d, list) else d["diagnostics"]
+assert len(d) == int(sys.argv[1]), d
+for one in d:
+    for key in ("kind", "severity", "message"): assert isinstance(one[key], str) and one[key], one'
+if command -v python3 >/dev/null; then
+  expect 1 "JSON of errors" "$nmsc" --error-format=json check bad.nms
+  holds "JSON of errors has its fields" python3 -c "$json" 3
+  expect 1 "JSON after the command" "$nmsc" check --error-format=json bad.nms
+  holds "JSON after the command" python3 -c "$json" 3
+  expect 0 "JSON of nothing" "$nmsc" --error-format=json check good.nms
+  holds "JSON of nothing is an empty list" python3 -c "$json" 0
+  expect 1 "JSON of the world's failures" "$nmsc" --error-format=json check missing.nms
+  holds "JSON of the world's failures" python3 -c "$json" 1
+  expect 1 "JSON of invalid UTF-8" "$nmsc" --error-format=json check utf8.nms
+  holds "JSON of invalid UTF-8 is UTF-8" python3 -c 'import json; json.load(open("err", encoding="utf-8"))'
+fi
+
+# ---- fmt
+printf 'pose   a=60%%AU12\n\n\n\npose b = a' >messy.nms
+cp messy.nms before.nms
+expect 1 "fmt --check of a messy file" "$nmsc" fmt --check messy.nms
+holds "fmt --check changes nothing" cmp messy.nms before.nms
+expect 0 "fmt" "$nmsc" fmt messy.nms
+holds "fmt changes the file" bash -c '! cmp -s messy.nms before.nms'
+cp messy.nms once.nms
+expect 0 "fmt again" "$nmsc" fmt messy.nms
+holds "fmt is idempotent" cmp messy.nms once.nms
+expect 0 "fmt --check of a clean file" "$nmsc" fmt --check messy.nms
+printf 'pose a = = AU1\n' >broken.nms
+cp broken.nms before.nms
+expect 1 "fmt of a broken file" "$nmsc" fmt broken.nms
+holds "fmt leaves a broken file alone" cmp broken.nms before.nms
+cp before.nms mixed.nms && printf 'pose   a=AU1' >mixed2.nms
+expect 1 "fmt goes on after a broken file" "$nmsc" fmt mixed.nms mixed2.nms
+holds "fmt goes on after a broken file" grep -q 'pose a = AU1' mixed2.nms
+printf 'pose   a=AU1' >private.nms && chmod 640 private.nms
+expect 0 "fmt of a private file" "$nmsc" fmt private.nms
+holds "fmt keeps permissions" test "$(stat -c %a private.nms)" = 640
+printf 'pose   a=AU1' >target.nms && ln -s target.nms link.nms
+expect 0 "fmt of a link" "$nmsc" fmt link.nms
+holds "fmt keeps a link" test -L link.nms
+holds "fmt writes through a link" grep -q 'pose a = AU1' target.nms
+no_leftovers "fmt"
+
+# ---- list, dump, sample
+expect 0 "list" "$nmsc" list good.nms
+printf 'smile\texpression\t2\nlook\ttimeline\t1\n' >want
+holds "list" cmp out want
+expect 0 "list of a program" "$nmsc" list good.auc
+holds "list of a program" cmp out want
+expect 0 "dump of a program" "$nmsc" dump good.auc
+cp out dumped
+expect 0 "dump of its source" "$nmsc" dump good.nms
+holds "a program and its source dump the same" cmp out dumped
+expect 0 "sample --at" "$nmsc" sample good.nms --clip smile --at 0,500ms,1s,2
+printf 'time_s,AU12L,AU12R\n0,0,0\n0.5,0.3,0.3\n1,0.6,0.6\n2,0,0\n' >want
+holds "sample --at" cmp out want
+expect 0 "sample of a program" "$nmsc" sample good.auc --clip smile --at 0,500ms,1s,2
+holds "sample of a program" cmp out want
+expect 0 "sample --fps" "$nmsc" sample good.nms --clip smile --fps 25
+holds "sample --fps has a row a frame" test "$(wc -l <out)" -eq 52
+holds "sample has as many columns in each row" bash -c '[[ $(awk -F, "{ print NF }" out | sort -u) = 3 ]]'
+expect 0 "sample before and after" "$nmsc" sample good.nms --clip smile --at=-5s,100s
+expect 0 "both units of an axis" "$nmsc" sample good.nms --clip look --at 0.4
+holds "both units of an axis" grep -q 'AU61,AU62' out
+expect 1 "sample of no clip" "$nmsc" sample good.nms --clip smlie --at 0
+says "sample of no clip" "smile"
+expect 1 "sample at no time" "$nmsc" sample good.nms --clip smile --at later
+for at in "," "1,,2"; do expect_stdin 1 "sample at '$at'" /dev/null "$nmsc" sample good.nms --clip smile "--at=$at"; done
+printf 'timeline long 900000s { blink at 0s }\n' >long.nms
+expect 1 "too many rows" "$nmsc" sample long.nms --clip long --fps 1000
+says "too many rows" "too_many_rows"
+
+# ---- Programs that are none
+size=$(stat -c %s good.auc)
+for at in 0 1 7 8 16 63 100 $((size / 2)) $((size - 1)); do
+  head -c "$at" good.auc >cut.auc
+  expect 1 "cut at $at" "$nmsc" dump cut.auc
+  holds "cut at $at: says why" test -s err
+done
+for at in 0 4 9 40 $((size / 3)) $((size / 2)) $((size - 2)); do
+  cp good.auc flipped.auc
+  byte=$(od -An -tu1 -j "$at" -N 1 good.auc | tr -d ' ')
+  # shellcheck disable=SC2059
+  printf "$(printf '\\%03o' $((byte ^ 16)))" | dd of=flipped.auc bs=1 seek="$at" conv=notrunc status=none
+  expect 1 "a bit flipped at $at" "$nmsc" dump flipped.auc
+done
+cp good.nms text.auc
+expect 1 "a source called .auc" "$nmsc" dump text.auc
+says "a source called .auc" "not_a_program"
+cp good.auc program.nms
+expect 1 "a program called .nms" "$nmsc" check program.nms
+expect 1 "a program among sources" "$nmsc" check good.nms good.auc
+
+# ---- Places
+mkdir -p a/b stdlib
+printf 'pose inner = 30%% AU12\n' >a/b/inner.nms
+printf 'use "b/inner.nms"\nexpression e 1s { 100%%: inner }\n' >a/outer.nms
+expect 0 "a relative use" "$nmsc" dump a/outer.nms
+mkdir -p elsewhere
+(cd elsewhere && "$nmsc" list ../a/outer.nms) >out 2>err
+printf 'e\texpression\t1\n' >want
+holds "a relative use from another folder" cmp out want
+expect 0 "an absolute path" "$nmsc" check "$dir/a/outer.nms"
+expect 0 "one file twice" "$nmsc" list a/outer.nms ./a/../a/outer.nms
+holds "one file twice is one file" cmp out want
+printf 'pose helper = AU1\n' >stdlib/helper.nms
+printf 'use "helper.nms"\nexpression e 1s { 100%%: helper }\n' >stdlib/mine.nms
+expect 0 "a folder of one's own that is called stdlib" "$nmsc" check stdlib/mine.nms
+expect 2 "a library that is not there" "$nmsc" --stdlib nowhere check good.nms
+expect 0 "the library from its folder" "$nmsc" --stdlib "$root/stdlib" dump good.nms
+holds "the library from its folder is the one inside" cmp out dumped
+for name in de_DE.UTF-8 de_DE.utf8; do
+  locale -a 2>/dev/null | grep -qx "$name" || continue
+  LC_ALL=$name "$nmsc" dump good.nms >out 2>err
+  holds "the same in $name" cmp out dumped
+done
+no_leftovers "all of this"
+
+echo "$count checks, $failed wrong"
+[[ $failed -eq 0 && $count -gt 100 ]]
