@@ -70,6 +70,8 @@ constexpr double kLowerLidFollowsUp = 0.15;
 constexpr double kLidContact = 1.02;
 // No lid goes further open than this.
 constexpr double kLidWidest = -0.8;
+// How far along the lid a point looks for the widest opening.
+constexpr double kCornerReach = 0.0006;  // [m]
 // A point whose share of a lid is at least this belongs to the lid's edge.
 constexpr float kMarginShare = 0.99F;
 
@@ -373,10 +375,18 @@ std::optional<Failure> RigParts::make_lids() {
     }
     const std::vector<float>& upper = upper_region->second;
     const std::vector<float>& lower = lower_region->second;
+    // The edges are those of the surface: control points stand off it where it bends.
     const auto edge = [&](const std::vector<float>& region) {
       std::vector<glm::dvec3> chosen;
-      for (std::size_t i = 0; i < points.size(); ++i) {
-        if (region[i] >= kMarginShare) chosen.push_back(points[i]);
+      for (std::uint32_t row = 0; row < face.skin.surface.rows; ++row) {
+        float share = 0.0F;
+        glm::dvec3 position(0.0);
+        for (std::uint32_t k = face.skin.surface.row_begin[row]; k < face.skin.surface.row_begin[row + 1]; ++k) {
+          const std::uint32_t point = face.skin.surface.column[k];
+          share += face.skin.surface.value[k] * region[point];
+          position += static_cast<double>(face.skin.surface.value[k]) * points[point];
+        }
+        if (share >= kMarginShare) chosen.push_back(position);
       }
       return chosen;
     };
@@ -385,7 +395,11 @@ std::optional<Failure> RigParts::make_lids() {
     eye.closing_angle = closing_angle(upper_edge, lower_edge, margin_x[index]);
     for (std::uint32_t i = 0; i < points.size(); ++i) {
       if (upper[i] <= 0.0F && lower[i] <= 0.0F) continue;
-      const double angle = closing_angle(upper_edge, lower_edge, points[i].x);
+      // A spline lags behind its control points where they turn less and less, towards the corners of the eye.
+      const double x = points[i].x;
+      const double angle =
+          std::max({closing_angle(upper_edge, lower_edge, x - kCornerReach), closing_angle(upper_edge, lower_edge, x),
+                    closing_angle(upper_edge, lower_edge, x + kCornerReach)});
       // No slope at the lid's outer border, or the skin that is held creases against the skin that is pulled.
       const double hold = 1.0 - smooth_fall(static_cast<double>(std::max(upper[i], lower[i])));
       eye.points.push_back({i, angle * static_cast<double>(upper[i]), -angle * static_cast<double>(lower[i]), hold});

@@ -86,7 +86,7 @@ Face test_face() {
           13, 7, 1, (side > 0.0) != upper,
           [&](int i, int j) {
             const double x = (i - 6) * 0.002;
-            const double opening = 1.0 - static_cast<double>((i - 6) * (i - 6)) / 36.0;
+            const double opening = 1.0 - static_cast<double>((i - 6) * (i - 6)) / 40.0;
             const double edge = (upper ? 14.0 : -20.0) * opening * kRadian;
             const double e = edge + (upper ? 6.0 : -6.0) * j * kRadian;
             const double radius = kTestEyeRadius + 0.0006 * j;
