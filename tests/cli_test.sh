@@ -93,7 +93,9 @@ head -c 20000 /dev/urandom >binary.nms
 expect 1 "binary" "$nmsc" check binary.nms
 printf 'pose p = AU12 // \xff\xfe\npose \xc3\x28 = AU1\n' >utf8.nms
 expect 1 "invalid UTF-8" "$nmsc" check utf8.nms
-says "invalid UTF-8" "utf8.nms:2:"
+says "invalid UTF-8" "utf8.nms:1:"
+cp good.nms $'latin\xe9.nms'
+expect 0 "a name that is not UTF-8" "$nmsc" compile $'latin\xe9.nms' -o latin.auc
 sed 's/$/\r/' good.nms >crlf.nms
 expect 0 "CRLF" "$nmsc" check crlf.nms
 printf '\xef\xbb\xbf' | cat - good.nms >bom.nms

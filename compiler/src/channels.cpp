@@ -70,7 +70,8 @@ class Builder {
  private:
   template <typename Kind>
   lang::Diagnostic& report(const Declaration& d, NodeRef at, const Kind& kind) {
-    return diagnostics_.report(files_[d.file].tree->source_pointer(), at.range(), kind);
+    // What is not there did not parse, and that has been reported; the declaration stands for it.
+    return diagnostics_.report(files_[d.file].tree->source_pointer(), (at ? at : d.node).range(), kind);
   }
 
   std::uint32_t find_track(std::string_view name) const {
@@ -94,7 +95,7 @@ class Builder {
     if (find_track(d.name) != kUnreachable) return;
     TrackInfo info{std::string(d.name), program::MergeOperator::strongest, 0, 0};
     for (NodeRef p : d.node.children()) {
-      if (!p.is(NodeKind::property)) continue;
+      if (!is_property(p)) continue;
       const std::string_view name = p.at(0).text();
       if (name == "merge") {
         const NodeRef value = p.at(1);
@@ -145,7 +146,7 @@ class Builder {
         if (unit && count < 2) number[count++] = unit->number;
         continue;
       }
-      if (!child.is(NodeKind::property)) continue;
+      if (!is_property(child)) continue;
       const std::string_view name = child.at(0).text();
       const NodeRef value = child.at(1);
       const std::string_view word = value ? value.text() : std::string_view();
@@ -217,7 +218,7 @@ class Builder {
       Found f{{number, d.node.child(NodeKind::sides).exists(), 0, 1.0, d},
               std::string(title ? unquoted(title) : std::string_view()), kUnreachable};
       for (NodeRef p : d.node.children())
-        if (p.is(NodeKind::property) && p.at(0).text() == "track") f.track = track_of(d, p);
+        if (is_property(p) && p.at(0).text() == "track") f.track = track_of(d, p);
       const auto axis_unit = std::find_if(axis_units.begin(), axis_units.end(),
                                           [&](const UnitInfo& u) { return u.number == number; });
       if (axis_unit != axis_units.end()) {

@@ -12,6 +12,8 @@ namespace nms::compiler {
 using lang::NodeKind;
 using lang::NodeRef;
 
+bool is_property(NodeRef node) { return node.is(NodeKind::property) && node.at(0).exists(); }
+
 std::string_view unquoted(NodeRef node) {
   std::string_view text = node.text();
   if (text.size() >= 2 && (text.front() == '"' || text.front() == '`') && text.back() == text.front())
@@ -53,7 +55,7 @@ class Uniqueness {
 void index_entry(LexiconDeclaration& lexicon, std::uint32_t index, const Declaration& entry) {
   lexicon.by_name.try_emplace(entry.name, index);
   for (NodeRef item : entry.node.children()) {
-    if (!item.is(NodeKind::property)) continue;
+    if (!is_property(item)) continue;
     const std::string_view property = item.at(0).text();
     if (property != "label" && property != "alias") continue;
     for (NodeRef value : item.children())

@@ -60,6 +60,9 @@ class Declarations {
   const std::vector<LoadedFile>* files_ = nullptr;
 };
 
+/// A property that has a name: one that did not parse may have none.
+[[nodiscard]] bool is_property(lang::NodeRef node);
+
 /// The text of a string node without its quotes, or of a gloss without its backquotes.
 [[nodiscard]] std::string_view unquoted(lang::NodeRef node);
 

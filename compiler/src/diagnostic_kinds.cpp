@@ -30,6 +30,12 @@ Description UseCycle::describe() const {
           {{"path", path}}};
 }
 
+Description NotUtf8::describe() const {
+  return {fmt::format("the byte 0x{:02X} is not UTF-8", byte),
+          {"save the file as UTF-8; it may have been written in another encoding, as Latin-1"},
+          {{"byte", fmt::format("0x{:02X}", byte)}}};
+}
+
 Description DuplicateName::describe() const {
   const bool vowel = !what.empty() && std::string_view("aeiou").find(what.front()) != std::string_view::npos;
   return {fmt::format("there is already {} {} named {}", vowel ? "an" : "a", what, name),

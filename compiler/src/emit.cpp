@@ -6,6 +6,8 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include "utf8.h"
+
 namespace nms::compiler {
 namespace {
 
@@ -40,6 +42,13 @@ program::StringId Emitter::string(std::string_view text) {
   const auto [it, added] = strings_.try_emplace(std::string(text), static_cast<std::uint32_t>(draft.strings.size()));
   if (added) draft.strings.emplace_back(text);
   return program::StringId{it->second};
+}
+
+program::StringId Emitter::path(std::string_view text) {
+  std::string shown(text);
+  // A file's name may be any bytes; a program's strings are text.
+  for (std::size_t bad = first_not_utf8(shown); bad != shown.size(); bad = first_not_utf8(shown)) shown[bad] = '?';
+  return string(shown);
 }
 
 void Emitter::channels(const Channels& channels) {
@@ -91,7 +100,7 @@ void Emitter::clip(const ClipDraft& clip, const std::vector<MergedCurve>& curves
     const lang::Source& source = clip.sources[i].node.tree().source();
     const lang::Position at = source.position(clip.sources[i].node.range().begin);
     source_index[i] = static_cast<std::uint32_t>(draft.sources.size());
-    draft.sources.push_back({string(source.path()), at.line, at.column, string(clip.sources[i].entry)});
+    draft.sources.push_back({path(source.path()), at.line, at.column, string(clip.sources[i].entry)});
   }
 
   out.first_curve = static_cast<std::uint32_t>(draft.curves.size());

@@ -16,6 +16,8 @@ namespace nms::compiler {
 class Emitter {
  public:
   [[nodiscard]] program::StringId string(std::string_view text);
+  /// A path; bytes that are no text are shown as `?`.
+  [[nodiscard]] program::StringId path(std::string_view text);
   void channels(const Channels& channels);
   /// A clip with its merged curves. Markers and sources are the draft clip's.
   void clip(const ClipDraft& clip, const std::vector<MergedCurve>& curves, const Channels& channels);

@@ -9,6 +9,8 @@
 #include <nms/compiler/diagnostic_kinds.h>
 #include <nms/lang/parse.h>
 
+#include "utf8.h"
+
 namespace nms::compiler {
 namespace {
 
@@ -36,6 +38,11 @@ std::uint32_t load(std::vector<LoadedFile>& files, std::shared_ptr<const lang::S
   files[index].tree = lang::parse(std::move(source), diagnostics);
   files[index].root = root;
   const std::shared_ptr<const lang::Tree> tree = files[index].tree;
+  const std::string_view text = tree->source().text();
+  if (const std::size_t bad = first_not_utf8(text); bad != text.size()) {
+    const auto begin = static_cast<std::uint32_t>(bad);
+    diagnostics.report(tree->source_pointer(), {begin, begin + 1}, NotUtf8{static_cast<unsigned char>(text[bad])});
+  }
   for (NodeRef declaration : tree->root().children()) {
     if (!declaration.is(NodeKind::use)) continue;
     const NodeRef name = declaration.child(NodeKind::string);

@@ -95,7 +95,7 @@ class UtteranceLowering {
 
   void read_properties() {
     for (NodeRef p : d_.node.children()) {
-      if (!p.is(NodeKind::property)) continue;
+      if (!is_property(p)) continue;
       const std::string_view name = p.at(0).text();
       const NodeRef value = p.at(1);
       if (name == "signer") {

@@ -11,7 +11,7 @@ using lang::NodeRef;
 
 std::string_view spreading_of(const Declaration& entry) {
   for (NodeRef p : entry.node.children())
-    if (p.is(NodeKind::property) && p.at(0).text() == "spreads" && p.at(1)) return p.at(1).text();
+    if (is_property(p) && p.at(0).text() == "spreads" && p.at(1)) return p.at(1).text();
   return {};
 }
 
@@ -114,7 +114,7 @@ void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scop
   for (NodeRef item : entry.node.children()) {
     switch (item.kind()) {
       case NodeKind::property:
-        if (!known_entry_property(item.at(0).text()))
+        if (is_property(item) && !known_entry_property(item.at(0).text()))
           evaluator.report(scope, item.at(0),
                            UnknownProperty{std::string(item.at(0).text()), "an entry",
                                            {"label", "alias", "meaning", "source", "evidence", "spreads", "onset",

@@ -19,6 +19,7 @@ namespace {
 
 /// Steps of work one declaration may take: calls with arguments can multiply, and must end.
 constexpr std::uint32_t kMaxWork = 200'000;
+constexpr std::uint64_t kMaxWorkInAll = 20'000'000;
 constexpr std::size_t kMaxDepth = 64;
 constexpr std::size_t kMaxSequences = 1'000;
 constexpr std::size_t kMaxSteps = 10'000;
@@ -61,7 +62,14 @@ bool Evaluator::fresh(NodeRef at, std::string_view kind) {
 
 bool Evaluator::spend(NodeRef at, const Scope& scope, std::size_t steps) {
   spent_ += static_cast<std::uint32_t>(steps);
-  if (spent_ <= kMaxWork) return true;
+  spent_in_all_ += steps;
+  if (spent_ <= kMaxWork && spent_in_all_ <= kMaxWorkInAll) return true;
+  if (spent_in_all_ > kMaxWorkInAll) {
+    if (!overspent_in_all_)
+      report(scope, at, TooLarge{"the work that all definitions take", fmt::format("{} steps", kMaxWorkInAll)});
+    overspent_in_all_ = true;
+    return false;
+  }
   if (!overspent_) report(scope, at, TooLarge{"the work that this definition takes", fmt::format("{} steps", kMaxWork)});
   overspent_ = true;
   return false;
@@ -696,11 +704,11 @@ std::optional<Sequence> Evaluator::sequence(NodeRef parent, std::string_view nam
         if (p.is(NodeKind::profile)) {
           report(scope, p, NotCompiled{"a profile"});
           good = false;
-        } else if (p.is(NodeKind::property) && p.at(0).text() == "easing") {
+        } else if (is_property(p) && p.at(0).text() == "easing") {
           const auto e = easing(p.at(1), scope);
           good = good && e.has_value();
           step.easing = e.value_or(Easing::smooth);
-        } else if (p.is(NodeKind::property)) {
+        } else if (is_property(p)) {
           report(scope, p.at(0), UnknownProperty{std::string(p.at(0).text()), "a step", {"easing"}});
           good = false;
         }

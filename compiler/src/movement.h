@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cassert>
 #include <cstdint>
 #include <optional>
 #include <set>
@@ -106,6 +107,10 @@ class Evaluator {
   /// Reports at a node. An entry used twice is worked out twice; what is wrong with it is said once.
   template <typename Kind>
   lang::Diagnostic& report(const Scope&, lang::NodeRef at, const Kind& kind) {
+    if (!at) {  // what is not there did not parse, and that has been reported
+      assert(diagnostics_.error_count() != 0);
+      return repeated_;
+    }
     if (!fresh(at, Kind::kKind)) return repeated_;
     return diagnostics_.report(at.tree().source_pointer(), at.range(), kind);
   }
@@ -159,6 +164,8 @@ class Evaluator {
   std::uint32_t spent_ = 0;
   std::uint32_t depth_ = 0;  ///< sums open at once
   bool overspent_ = false;
+  std::uint64_t spent_in_all_ = 0;
+  bool overspent_in_all_ = false;
 };
 
 /// Adds an amount to a pose; amounts of one channel add.

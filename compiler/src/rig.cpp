@@ -139,7 +139,7 @@ class RigBuilder {
     m.limit = 1.0F;
     if (m.kind == MuscleKind::linear || m.kind == MuscleKind::sheet) m.limit = 0.25F;  // Barker 2005, 4.4.1
     for (NodeRef p : d.node.children())
-      if (p.is(NodeKind::property) && !property(p, scope, m)) return;
+      if (is_property(p) && !property(p, scope, m)) return;
     if (m.kind == MuscleKind::hinge && m.frame == program::Frame::none) m.frame = program::Frame::jaw;
 
     const bool sided = d.node.child(NodeKind::sides).exists();
@@ -213,7 +213,7 @@ class RigBuilder {
       if (!d.node.is(NodeKind::au)) continue;
       const Scope scope = scope_of(d);
       for (NodeRef p : d.node.children()) {
-        if (!p.is(NodeKind::property) || p.at(0).text() == "track") continue;
+        if (!is_property(p) || p.at(0).text() == "track") continue;
         const std::string_view name = p.at(0).text();
         const auto muscle = std::find_if(found_.begin(), found_.end(), [&](const Found& f) { return f.name == name; });
         if (muscle == found_.end()) {
@@ -257,7 +257,7 @@ class RigBuilder {
     program::FaceReference reference;
     reference.name = emitter_.string(face.name);
     for (NodeRef item : face.node.children()) {
-      if (item.is(NodeKind::property)) {
+      if (is_property(item)) {
         const std::string_view name = item.at(0).text();
         if (name == "surface" && item.at(1) && item.at(1).is(NodeKind::string)) {
           reference.surface = emitter_.string(unquoted(item.at(1)));

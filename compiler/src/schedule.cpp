@@ -241,7 +241,7 @@ Timing read_timing(NodeRef parent, const Scope& scope, Evaluator& evaluator, boo
       evaluator.report(scope, p, NotCompiled{"a profile"});
       continue;
     }
-    if (!p.is(NodeKind::property)) continue;
+    if (!is_property(p)) continue;
     const std::string_view name = p.at(0).text();
     const NodeRef value = p.at(1);
     std::optional<std::int64_t>* slot = name == "onset"    ? &t.onset_ns

@@ -14,6 +14,7 @@ namespace nms::compiler {
 #define NMS_COMPILER_DIAGNOSTICS(X)                       \
   X(UseNotFound, use_not_found, error)                    \
   X(UseCycle, use_cycle, error)                           \
+  X(NotUtf8, not_utf8, error)                             \
   X(DuplicateName, duplicate_name, error)                 \
   X(UnknownName, unknown_name, error)                     \
   X(UnknownActionUnit, unknown_action_unit, error)        \
@@ -59,6 +60,11 @@ struct UseNotFound {
 struct UseCycle {
   NMS_KIND(use_cycle, error);
   std::string path;
+};
+/// A byte that is not part of UTF-8, in a name, a gloss, a string or a comment.
+struct NotUtf8 {
+  NMS_KIND(not_utf8, error);
+  unsigned byte;
 };
 /// Two declarations of one kind share a name. Label: the first one.
 struct DuplicateName {
