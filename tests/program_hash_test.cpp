@@ -1,0 +1,112 @@
+// The same source gives the same bytes: twice in one process, from any provider, and in every build. The hashes of a
+// few programs stand in tests/golden/program_hashes.txt; debug, release and other compilers are held to the same table.
+// They see the golden library only, and so change with the compiler and with nothing else.
+// NMS_REFRESH=1 rewrites the table.
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <gtest/gtest.h>
+#include <nms/compiler/compile.h>
+#include <nms/lang/render.h>
+#include <nms/program/program.h>
+#include <nms/stdlib/embedded.h>
+
+namespace {
+
+using namespace nms;
+namespace fs = std::filesystem;
+
+const fs::path kRoot = NMS_SOURCE_DIR;
+
+std::string read(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// The library, from a folder or from the embedded files; always under the same paths.
+class Library : public lang::SourceProvider {
+ public:
+  explicit Library(fs::path folder) : folder_(std::move(folder)) {}
+  Library() = default;
+
+  std::shared_ptr<const lang::Source> find(std::string_view name, std::string_view from) override {
+    const std::string library = "stdlib/";
+    const fs::path beside = from.substr(0, library.size()) == library
+                                ? fs::path(from.substr(library.size())).parent_path() / name
+                                : fs::path(name);
+    const std::string key = beside.lexically_normal().generic_string();
+    if (const auto it = known_.find(key); it != known_.end()) return it->second;
+    std::optional<std::string> text;
+    if (!folder_.empty()) {
+      if (fs::is_regular_file(folder_ / key)) text = read(folder_ / key);
+    } else {
+      for (const stdlib::EmbeddedFile& f : stdlib::embedded_files())
+        if (f.path == key) text = std::string(f.text);
+    }
+    if (!text) return nullptr;
+    return known_[key] = std::make_shared<const lang::Source>(library + key, std::move(*text));
+  }
+
+ private:
+  fs::path folder_;  ///< empty: the embedded files
+  std::map<std::string, std::shared_ptr<const lang::Source>> known_;
+};
+
+std::vector<std::byte> compiled(const std::string& name, const std::string& text, Library library) {
+  lang::Diagnostics diagnostics;
+  const auto draft = compiler::compile({std::make_shared<const lang::Source>(name, text)}, library, diagnostics);
+  EXPECT_TRUE(draft) << lang::render_text(diagnostics, false);
+  return draft ? program::encode(*draft) : std::vector<std::byte>();
+}
+
+std::vector<fs::path> sources(const fs::path& folder) {
+  std::vector<fs::path> paths;
+  for (const fs::directory_entry& e : fs::recursive_directory_iterator(folder))
+    if (e.path().extension() == ".nms") paths.push_back(e.path());
+  std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
+TEST(Determinism, examples_and_lexicons_compile_to_the_same_bytes_twice_and_from_any_provider) {
+  std::vector<fs::path> all = sources(kRoot / "examples");
+  const std::vector<fs::path> library = sources(kRoot / "stdlib");
+  all.insert(all.end(), library.begin(), library.end());
+  for (const fs::path& path : all) {
+    SCOPED_TRACE(path.string());
+    const std::string name = fs::relative(path, kRoot).generic_string(), text = read(path);
+    const auto once = compiled(name, text, Library());
+    EXPECT_EQ(once, compiled(name, text, Library())) << "twice";
+    EXPECT_EQ(once, compiled(name, text, Library(kRoot / "stdlib"))) << "from the folder";
+  }
+}
+
+TEST(Determinism, every_build_makes_the_same_programs) {
+  const fs::path table = kRoot / "tests/golden/program_hashes.txt";
+  std::string got = "# XXH3-64 of compiled programs: one table for every compiler and every build. NMS_REFRESH=1 rewrites it.\n";
+  for (const char* name : {"brackets_nested", "explicit_wins", "layers", "oscillation", "phases_easing", "saturated",
+                           "sequence_fill", "steps_easing", "steps_mixed", "thesis_smile", "timeline_latest",
+                           "timeline_overlapping", "timeline_sum_of_axis"}) {
+    const std::string file = std::string(name) + ".nms";
+    const auto bytes = compiled(file, read(kRoot / "tests/golden/program" / file), Library(kRoot / "tests/golden/stdlib"));
+    char line[128];
+    std::snprintf(line, sizeof line, "%016llx %s\n",
+                  static_cast<unsigned long long>(XXH3_64bits(bytes.data(), bytes.size())), name);
+    got += line;
+  }
+  if (std::getenv("NMS_REFRESH") != nullptr) std::ofstream(table, std::ios::binary) << got;
+  EXPECT_EQ(got, read(table));
+}
+
+}  // namespace
