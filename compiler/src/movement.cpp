@@ -768,6 +768,7 @@ std::optional<Movement> Evaluator::declaration(const Declaration& d, const Scope
     const auto it = known_.find(key);
     if (it != known_.end()) return it->second;
   }
+  if (too_heavy_.count(key) != 0) return std::nullopt;
   if (std::find(open_.begin(), open_.end(), d.node) != open_.end()) {
     report(scope, d.node.child(NodeKind::name), RecursiveDefinition{std::string(d.name)});
     return std::nullopt;
@@ -828,6 +829,7 @@ std::optional<Movement> Evaluator::declaration(const Declaration& d, const Scope
     }
   }
   open_.pop_back();
+  if (outermost && overspent_) too_heavy_.insert(key);
   if (cacheable) known_.emplace(key, result);
   return result;
 }

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <tuple>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -158,6 +159,7 @@ class Evaluator {
   const Channels& channels_;
   lang::Diagnostics& diagnostics_;
   std::unordered_map<std::uint64_t, std::optional<Movement>> known_;  ///< of declarations called without arguments
+  std::unordered_set<std::uint64_t> too_heavy_;  ///< declarations that took too much work: reported, not tried again
   std::vector<lang::NodeRef> open_;  ///< declarations being worked out, to find circles
   std::set<std::tuple<const lang::Tree*, std::uint32_t, std::string_view>> reported_;
   lang::Diagnostic repeated_;  ///< what `report` hands back for a thing already said
