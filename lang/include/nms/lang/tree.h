@@ -135,7 +135,8 @@ struct Node {
 
 class Tree;
 
-/// A node in its tree; a cheap value. The tree outlives it.
+/// A node in its tree; a cheap value. The tree outlives it. What did not parse may lack any child: one that does not
+/// exist has no text and no children of its own, so a path of `at` and `child` need not be asked at every step.
 class NodeRef {
  public:
   class Children;
@@ -216,14 +217,18 @@ inline const Node& NodeRef::node() const {
   assert(tree_ != nullptr);
   return tree_->nodes()[index_];
 }
-inline std::string_view NodeRef::text() const { return tree_->source().slice(range()); }
+inline std::string_view NodeRef::text() const {
+  return tree_ != nullptr ? tree_->source().slice(range()) : std::string_view();
+}
 inline NodeRef::Children NodeRef::children() const { return {tree_, index_}; }
 inline NodeRef NodeRef::child(NodeKind k) const {
+  if (tree_ == nullptr) return {};
   for (NodeRef c : children())
     if (c.kind() == k) return c;
   return {};
 }
 inline NodeRef NodeRef::at(std::uint32_t n) const {
+  if (tree_ == nullptr) return {};
   for (NodeRef c : children())
     if (n-- == 0) return c;
   return {};
