@@ -435,7 +435,7 @@ std::optional<Scope> Evaluator::bind(NodeRef call, bool skip_first, std::string_
   std::vector<Unit> units;
   if (params)
     for (NodeRef p : params.children()) {
-      if (!p.is(NodeKind::param)) continue;
+      if (!p.is(NodeKind::param) || !p.at(0)) continue;  // one without a name did not parse
       if (std::find(names.begin(), names.end(), p.at(0).text()) != names.end())
         report(scope, p, DuplicateName{"parameter", std::string(p.at(0).text())});
       declared.push_back(p);
