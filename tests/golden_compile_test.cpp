@@ -126,9 +126,9 @@ TEST(GoldenCheck, every_diagnostic_kind_occurs) {
     const Compiled c = compiled(path);
     for (const lang::Diagnostic& d : c.diagnostics.all()) seen.insert(std::string(d.kind));
   }
-#define NMS_X(type, name, severity)                                  \
-  EXPECT_EQ(compiler::type::kKind, #name);                           \
-  EXPECT_EQ(compiler::type::kSeverity, lang::Severity::severity);    \
+#define NMS_X(type, name, severity)                               \
+  EXPECT_EQ(compiler::type::kKind, #name);                        \
+  EXPECT_EQ(compiler::type::kSeverity, lang::Severity::severity); \
   EXPECT_TRUE(seen.count(#name)) << "no file of tests/golden/check shows " << #name;
   NMS_COMPILER_DIAGNOSTICS(NMS_X)
 #undef NMS_X

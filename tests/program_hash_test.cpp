@@ -94,12 +94,14 @@ TEST(Determinism, examples_and_lexicons_compile_to_the_same_bytes_twice_and_from
 
 TEST(Determinism, every_build_makes_the_same_programs) {
   const fs::path table = kRoot / "tests/golden/program_hashes.txt";
-  std::string got = "# XXH3-64 of compiled programs: one table for every compiler and every build. NMS_REFRESH=1 rewrites it.\n";
+  std::string got =
+      "# XXH3-64 of compiled programs: one table for every compiler and every build. NMS_REFRESH=1 rewrites it.\n";
   for (const char* name : {"brackets_nested", "explicit_wins", "layers", "oscillation", "phases_easing", "saturated",
                            "sequence_fill", "steps_easing", "steps_mixed", "thesis_smile", "timeline_latest",
                            "timeline_overlapping", "timeline_sum_of_axis"}) {
     const std::string file = std::string(name) + ".nms";
-    const auto bytes = compiled(file, read(kRoot / "tests/golden/program" / file), Library(kRoot / "tests/golden/stdlib"));
+    const auto bytes =
+        compiled(file, read(kRoot / "tests/golden/program" / file), Library(kRoot / "tests/golden/stdlib"));
     char line[128];
     std::snprintf(line, sizeof line, "%016llx %s\n",
                   static_cast<unsigned long long>(XXH3_64bits(bytes.data(), bytes.size())), name);

@@ -81,21 +81,26 @@ Curve merge_group(std::vector<const Contribution*> group, const ChannelInfo& cha
   return clamped(out, channel.low(), 1.0);
 }
 
-Curve merge_channel(const std::vector<const Contribution*>& all, const ChannelInfo& channel, program::MergeOperator op) {
+Curve merge_channel(const std::vector<const Contribution*>& all, const ChannelInfo& channel,
+                    program::MergeOperator op) {
   std::vector<const Contribution*> layer[kLayerCount];
   std::vector<const Contribution*> stated;
   const std::vector<bool> repeats = repeats_of_another(all);
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (repeats[i]) continue;
-    if (all[i]->stated) stated.push_back(all[i]);
-    else layer[static_cast<int>(all[i]->layer)].push_back(all[i]);
+    if (all[i]->stated)
+      stated.push_back(all[i]);
+    else
+      layer[static_cast<int>(all[i]->layer)].push_back(all[i]);
   }
   Curve base;
   for (const auto& group : layer) {
     if (group.empty()) continue;
     const Curve c = merge_group(group, channel, op);
-    if (base.empty()) base = c;
-    else base = channel.is_axis() ? add(base, c) : either(base, c);
+    if (base.empty())
+      base = c;
+    else
+      base = channel.is_axis() ? add(base, c) : either(base, c);
   }
   if (!stated.empty()) {
     const Curve over = merge_group(stated, channel, op);
@@ -128,8 +133,9 @@ std::vector<MergedCurve> merge(const ClipDraft& clip, const Channels& channels) 
     if (j - i == 1) {
       merged.curve = clamped(order[i]->curve, channel.low(), 1.0);
     } else {
-      merged.curve = merge_channel({order.begin() + static_cast<std::ptrdiff_t>(i), order.begin() + static_cast<std::ptrdiff_t>(j)},
-                                   channel, channels.tracks[channel.track].merge);
+      merged.curve = merge_channel(
+          {order.begin() + static_cast<std::ptrdiff_t>(i), order.begin() + static_cast<std::ptrdiff_t>(j)}, channel,
+          channels.tracks[channel.track].merge);
     }
     simplify(merged.curve);
     out.push_back(std::move(merged));

@@ -83,8 +83,10 @@ struct Case {
   program::MergeOperator op;
   bool axis;
 };
-constexpr Case kCases[] = {{program::MergeOperator::strongest, false}, {program::MergeOperator::sum, false},
-                           {program::MergeOperator::sum, true},        {program::MergeOperator::latest, false},
+constexpr Case kCases[] = {{program::MergeOperator::strongest, false},
+                           {program::MergeOperator::sum, false},
+                           {program::MergeOperator::sum, true},
+                           {program::MergeOperator::latest, false},
                            {program::MergeOperator::latest, true}};
 
 TEST(Merge, stays_within_the_range) {
@@ -124,7 +126,8 @@ TEST(Merge, more_of_a_cause_is_never_less_of_its_effect) {
       }
       const Curve a = merged(before, channels), b = merged(after, channels);
       for (std::int64_t t = 0; t < 5500; t += 7)
-        ASSERT_GE(b.value(t * kMs), a.value(t * kMs) - kTolerance) << "operator " << static_cast<int>(k.op) << " at " << t;
+        ASSERT_GE(b.value(t * kMs), a.value(t * kMs) - kTolerance)
+            << "operator " << static_cast<int>(k.op) << " at " << t;
     }
   }
 }
