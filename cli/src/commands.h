@@ -11,10 +11,11 @@ inline constexpr int kSuccess = 0;
 inline constexpr int kErrors = 1;
 inline constexpr int kUsage = 2;
 
-enum class ErrorFormat { text, json };
+enum class ErrorFormat { text, json, sarif };
 
 struct GlobalOptions {
   ErrorFormat error_format = ErrorFormat::text;
+  bool deny_warnings = false;  ///< warnings count as errors
   std::string stdlib;  ///< folder that takes the place of the embedded stdlib; empty: the embedded one
 };
 

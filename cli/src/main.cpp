@@ -18,7 +18,8 @@ constexpr const char* kDescription =
     "to AU curve programs and animated glTF.";
 
 constexpr const char* kFooter =
-    "\nFILE is a path, or - for standard input. Exit: 0 success, 1 errors in the input, 2 wrong usage.\n"
+    "\nEvery command takes --error-format text|json|sarif, --deny warnings and --stdlib DIR.\n"
+    "FILE is a path, or - for standard input. Exit: 0 success, 1 errors in the input, 2 wrong usage.\n"
     "Example: nmsc build question.nms -o question.glb";
 
 }  // namespace
@@ -32,9 +33,11 @@ int main(int argc, char** argv) try {
   app.fallthrough();
 
   GlobalOptions global;
-  app.add_option("--error-format", global.error_format, "How diagnostics are printed on stderr: text or json")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, ErrorFormat>{{"text", ErrorFormat::text}, {"json", ErrorFormat::json}}).description(""))
+  app.add_option("--error-format", global.error_format, "How diagnostics are printed on stderr: text, json or sarif")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, ErrorFormat>{{"text", ErrorFormat::text}, {"json", ErrorFormat::json}, {"sarif", ErrorFormat::sarif}}).description(""))
       ->type_name("FORMAT");
+  std::string denied;
+  app.add_option("--deny", denied, "Exit 1 on these too: warnings")->check(CLI::IsMember({"warnings"}))->type_name("GROUP");
   app.add_option("--stdlib", global.stdlib, "Folder to use as the standard library, instead of the one inside nmsc")
       ->check(CLI::ExistingDirectory)
       ->type_name("DIR");
@@ -102,6 +105,7 @@ int main(int argc, char** argv) try {
     const int code = app.exit(error);
     return code == 0 ? kSuccess : kUsage;
   }
+  global.deny_warnings = !denied.empty();
   const int code = chosen();
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
     fmt::print(stderr, "nmsc: error cannot_write: standard output cannot take more: it is closed, or its disk is full\n");

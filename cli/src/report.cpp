@@ -28,8 +28,9 @@ void add_failure(lang::Diagnostics& diagnostics, const program::Failure& failure
 
 int finish(const GlobalOptions& global, lang::Diagnostics& diagnostics) {
   diagnostics.sort();
-  if (global.error_format == ErrorFormat::json) {
-    const std::string text = lang::render_json(diagnostics);
+  if (global.error_format != ErrorFormat::text) {
+    const std::string text = global.error_format == ErrorFormat::json ? lang::render_json(diagnostics)
+                                                                      : lang::render_sarif(diagnostics, NMS_VERSION);
     std::fwrite(text.data(), 1, text.size(), stderr);
     if (text.empty() || text.back() != '\n') std::fputc('\n', stderr);
   } else if (!diagnostics.all().empty()) {
@@ -37,7 +38,8 @@ int finish(const GlobalOptions& global, lang::Diagnostics& diagnostics) {
     const std::string text = lang::render_text(diagnostics, color);
     std::fwrite(text.data(), 1, text.size(), stderr);
   }
-  return diagnostics.error_count() == 0 ? kSuccess : kErrors;
+  const bool denied = global.deny_warnings && diagnostics.warning_count() != 0;
+  return diagnostics.error_count() == 0 && !denied ? kSuccess : kErrors;
 }
 
 }  // namespace nms::cli

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include <nms/lang/diagnostic.h>
 
@@ -13,5 +14,9 @@ namespace nms::lang {
 /// JSON for programs: an object {"diagnostics": [...], "errors": n, "warnings": n}. Every diagnostic has kind, severity,
 /// file, range {start {line, column, offset}, end}, message, labels, help, fields. UTF-8, invalid bytes replaced.
 [[nodiscard]] std::string render_json(const Diagnostics& diagnostics);
+
+/// SARIF 2.1.0 for build servers: one run, a rule for each kind that occurs. Columns count code points, as SARIF asks.
+/// @param version  of the tool, as `nmsc --version` says it
+[[nodiscard]] std::string render_sarif(const Diagnostics& diagnostics, std::string_view version);
 
 }  // namespace nms::lang
