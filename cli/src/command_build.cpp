@@ -52,7 +52,8 @@ void run(const BuildOptions& options, SourceFiles& sources, lang::Diagnostics& d
     return;
   }
   fmt::print(stderr, "{}: {} clip{} on {}, {} vertices, {:.1f} MB\n", options.output, clips.size(),
-             clips.size() == 1 ? "" : "s", options.face, face->skin.surface.rows, static_cast<double>(glb->size()) / 1e6);
+             clips.size() == 1 ? "" : "s", options.face, face->skin.surface.rows,
+             static_cast<double>(glb->size()) / 1e6);
 }
 
 }  // namespace

@@ -37,7 +37,8 @@ std::optional<std::vector<std::int64_t>> times_of(const SampleOptions& options, 
   if (options.fps > 0.0) {
     const double rows = static_cast<double>(clip.end_ns - clip.start_ns) / 1e9 * options.fps;
     if (rows > static_cast<double>(kMaxRows)) {
-      add_failure(diagnostics, {"too_many_rows", options.file, fmt::format("that is more than {} rows", kMaxRows), "ask for fewer frames a second"});
+      add_failure(diagnostics, {"too_many_rows", options.file, fmt::format("that is more than {} rows", kMaxRows),
+                                "ask for fewer frames a second"});
       return std::nullopt;
     }
     for (std::int64_t i = 0;; ++i) {
@@ -55,7 +56,8 @@ std::optional<std::vector<std::int64_t>> times_of(const SampleOptions& options, 
     while (!one.empty() && one.back() == ' ') one.remove_suffix(1);
     const auto t = read_time(one);
     if (!t) {
-      add_failure(diagnostics, {"bad_time", "--at", fmt::format("\"{}\" is not a time", one), "write seconds, or a unit: --at 0.234,2106ms"});
+      add_failure(diagnostics, {"bad_time", "--at", fmt::format("\"{}\" is not a time", one),
+                                "write seconds, or a unit: --at 0.234,2106ms"});
       return std::nullopt;
     }
     times.push_back(*t);
@@ -119,8 +121,10 @@ int sample(const GlobalOptions& global, const SampleOptions& options) {
     const auto face = load_face(program, options.face, sources, diagnostics);
     if (!face) return finish(global, diagnostics);
     const auto rig = runtime::bind(*face, program);
-    if (!rig) add_failure(diagnostics, rig.error());
-    else warn_not_actuated(program, *rig, {clip}, options.face, diagnostics);
+    if (!rig)
+      add_failure(diagnostics, rig.error());
+    else
+      warn_not_actuated(program, *rig, {clip}, options.face, diagnostics);
   }
   print_csv(program, *clip, *times);
   return finish(global, diagnostics);

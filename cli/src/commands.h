@@ -16,7 +16,7 @@ enum class ErrorFormat { text, json, sarif };
 struct GlobalOptions {
   ErrorFormat error_format = ErrorFormat::text;
   bool deny_warnings = false;  ///< warnings count as errors
-  std::string stdlib;  ///< folder that takes the place of the embedded stdlib; empty: the embedded one
+  std::string stdlib;          ///< folder that takes the place of the embedded stdlib; empty: the embedded one
 };
 
 struct BuildOptions {
@@ -42,9 +42,9 @@ int list(const GlobalOptions& global, const std::vector<std::string>& files);
 struct SampleOptions {
   std::string file;
   std::string clip;
-  std::string face;          ///< empty: none
-  double fps = 0.0;          ///< 0: use `times`
-  std::string times;         ///< "0.234,2.106"; seconds, or with a unit
+  std::string face;   ///< empty: none
+  double fps = 0.0;   ///< 0: use `times`
+  std::string times;  ///< "0.234,2.106"; seconds, or with a unit
 };
 int sample(const GlobalOptions& global, const SampleOptions& options);
 

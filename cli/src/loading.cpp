@@ -42,7 +42,8 @@ std::optional<program::Image> load_program(const std::vector<std::string>& files
   std::vector<std::shared_ptr<const lang::Source>> roots;
   for (const std::string& file : files) {
     if (is_program(file)) {
-      add_failure(diagnostics, {"wrong_input", file, "a compiled program stands alone", "give one .auc file, or sources only"});
+      add_failure(diagnostics,
+                  {"wrong_input", file, "a compiled program stands alone", "give one .auc file, or sources only"});
       continue;
     }
     auto source = sources.open(file);
@@ -113,7 +114,7 @@ const program::Clip* find_clip(const program::Program& program, const std::strin
   std::vector<std::string> names;
   for (const program::Clip& c : program.clips) names.emplace_back(program.string(c.name));
   const auto close = lang::nearest(name, names);
-  std::string remedy = names.empty() ? "it has no clips: declare an expression, a timeline, an entry or an utterance"
+  std::string remedy = names.empty()   ? "it has no clips: declare an expression, a timeline, an entry or an utterance"
                        : close.empty() ? fmt::format("nmsc list {} names the clips there are", file)
                                        : fmt::format("did you mean {}?", close.front());
   add_failure(diagnostics, {"unknown_clip", file, fmt::format("there is no clip named {}", name), std::move(remedy)});

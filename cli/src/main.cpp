@@ -4,8 +4,8 @@
 #include <functional>
 #include <new>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "commands.h"
 
@@ -34,10 +34,15 @@ int main(int argc, char** argv) try {
 
   GlobalOptions global;
   app.add_option("--error-format", global.error_format, "How diagnostics are printed on stderr: text, json or sarif")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, ErrorFormat>{{"text", ErrorFormat::text}, {"json", ErrorFormat::json}, {"sarif", ErrorFormat::sarif}}).description(""))
+      ->transform(CLI::CheckedTransformer(std::map<std::string, ErrorFormat>{{"text", ErrorFormat::text},
+                                                                             {"json", ErrorFormat::json},
+                                                                             {"sarif", ErrorFormat::sarif}})
+                      .description(""))
       ->type_name("FORMAT");
   std::string denied;
-  app.add_option("--deny", denied, "Exit 1 on these too: warnings")->check(CLI::IsMember({"warnings"}))->type_name("GROUP");
+  app.add_option("--deny", denied, "Exit 1 on these too: warnings")
+      ->check(CLI::IsMember({"warnings"}))
+      ->type_name("GROUP");
   app.add_option("--stdlib", global.stdlib, "Folder to use as the standard library, instead of the one inside nmsc")
       ->check(CLI::ExistingDirectory)
       ->type_name("DIR");
@@ -45,15 +50,22 @@ int main(int argc, char** argv) try {
   std::function<int()> chosen;
 
   BuildOptions build_options;
-  CLI::App* build_command = app.add_subcommand("build", "Build an animated glTF file: a face, a clip for each thing that plays");
+  CLI::App* build_command =
+      app.add_subcommand("build", "Build an animated glTF file: a face, a clip for each thing that plays");
   build_command->add_option("FILE", build_options.files, "Sources, or one compiled .auc")->required();
   build_command->add_option("-o,--output", build_options.output, "The .glb to write")->required()->type_name("OUT.glb");
-  build_command->add_option("--face", build_options.face, "Face of the standard library, or a .nms file that declares one")
-      ->type_name("NAME")->capture_default_str();
+  build_command
+      ->add_option("--face", build_options.face, "Face of the standard library, or a .nms file that declares one")
+      ->type_name("NAME")
+      ->capture_default_str();
   build_command->add_option("--clip", build_options.clips, "Only this clip; may be given several times")
-      ->type_name("NAME")->take_all()->expected(1);
-  build_command->add_flag("--all-targets", build_options.all_targets, "Write every action unit the face can show, not only those used");
-  build_command->add_flag("--dense", build_options.dense, "Plain accessors for morph targets, for importers without sparse ones");
+      ->type_name("NAME")
+      ->take_all()
+      ->expected(1);
+  build_command->add_flag("--all-targets", build_options.all_targets,
+                          "Write every action unit the face can show, not only those used");
+  build_command->add_flag("--dense", build_options.dense,
+                          "Plain accessors for morph targets, for importers without sparse ones");
   build_command->callback([&] { chosen = [&] { return build(global, build_options); }; });
 
   std::vector<std::string> files;
@@ -87,15 +99,16 @@ int main(int argc, char** argv) try {
   sample_command->add_option("FILE", sample_options.file, "A source or a compiled .auc")->required();
   sample_command->add_option("--clip", sample_options.clip, "The clip")->required()->type_name("NAME");
   auto* fps = sample_command->add_option("--fps", sample_options.fps, "Rows a second, over the whole clip")
-                  ->check(CLI::Range(0.001, 1e6))->type_name("N");
+                  ->check(CLI::Range(0.001, 1e6))
+                  ->type_name("N");
   auto* at = sample_command->add_option("--at", sample_options.times, "Rows at these times: seconds, or with a unit")
                  ->type_name("T[,T...]");
   fps->excludes(at);
-  sample_command->add_option("--face", sample_options.face, "Warn of action units this face cannot show")->type_name("NAME");
+  sample_command->add_option("--face", sample_options.face, "Warn of action units this face cannot show")
+      ->type_name("NAME");
   sample_command->callback([&] {
     if (sample_options.fps != sample_options.fps) throw CLI::ValidationError("--fps", "it is not a number");
-    if (sample_options.times.empty() && sample_options.fps == 0.0)
-      throw CLI::RequiredError("--fps or --at");
+    if (sample_options.times.empty() && sample_options.fps == 0.0) throw CLI::RequiredError("--fps or --at");
     chosen = [&] { return sample(global, sample_options); };
   });
 
@@ -108,7 +121,8 @@ int main(int argc, char** argv) try {
   global.deny_warnings = !denied.empty();
   const int code = chosen();
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-    fmt::print(stderr, "nmsc: error cannot_write: standard output cannot take more: it is closed, or its disk is full\n");
+    fmt::print(stderr,
+               "nmsc: error cannot_write: standard output cannot take more: it is closed, or its disk is full\n");
     return kErrors;
   }
   return code;

@@ -43,7 +43,8 @@ tl::expected<std::string, program::Failure> read_file(const std::string& path) {
     if (fs::is_directory(path, error)) return fail("it is a folder", "name a file");
     errno = 0;
     file.open(path, std::ios::binary);
-    if (!file) return fail(errno != 0 ? std::strerror(errno) : "it cannot be opened", "check the path and its permissions");
+    if (!file)
+      return fail(errno != 0 ? std::strerror(errno) : "it cannot be opened", "check the path and its permissions");
   }
   std::istream& in = path == "-" ? std::cin : file;
   std::string text;

@@ -50,7 +50,8 @@ class Builder {
     // Axes stand after the AUs, by their first AU.
     std::vector<std::uint32_t> order(axes.size());
     for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return axes[a].au < axes[b].au; });
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return axes[a].au < axes[b].au; });
     for (const std::uint32_t i : order) {
       const auto channel = static_cast<std::uint32_t>(out_.channels.size());
       for (UnitInfo& u : axis_units)
@@ -100,14 +101,20 @@ class Builder {
       if (name == "merge") {
         const NodeRef value = p.at(1);
         const std::string_view word = value ? value.text() : std::string_view();
-        if (word == "strongest") info.merge = program::MergeOperator::strongest;
-        else if (word == "sum") info.merge = program::MergeOperator::sum;
-        else if (word == "latest") info.merge = program::MergeOperator::latest;
-        else report(d, value ? value : p, BadProperty{"merge", std::string(word), "strongest, sum or latest"});
+        if (word == "strongest")
+          info.merge = program::MergeOperator::strongest;
+        else if (word == "sum")
+          info.merge = program::MergeOperator::sum;
+        else if (word == "latest")
+          info.merge = program::MergeOperator::latest;
+        else
+          report(d, value ? value : p, BadProperty{"merge", std::string(word), "strongest, sum or latest"});
       } else if (name == "onset" || name == "offset") {
         if (const auto q = quantity(d, p, Unit::time)) {
-          if (q->nanoseconds < 0) report(d, p.at(1), OutOfRange{std::string(p.at(1).text()), "0s and above"});
-          else (name == "onset" ? info.onset_ns : info.offset_ns) = q->nanoseconds;
+          if (q->nanoseconds < 0)
+            report(d, p.at(1), OutOfRange{std::string(p.at(1).text()), "0s and above"});
+          else
+            (name == "onset" ? info.onset_ns : info.offset_ns) = q->nanoseconds;
         }
       } else {
         report(d, p.at(0), UnknownProperty{std::string(name), "a track", {"merge", "onset", "offset"}});
@@ -158,24 +165,31 @@ class Builder {
           info.full_scale = q->value;
           info.unit = q->unit;
         } else {
-          report(d, value ? value : child, BadProperty{"100%", std::string(word), "an angle or a length that is not 0"});
+          report(d, value ? value : child,
+                 BadProperty{"100%", std::string(word), "an angle or a length that is not 0"});
         }
       } else if (name == "frame") {
-        if (word == "head") info.frame = program::Frame::head;
-        else if (word == "torso") info.frame = program::Frame::torso;
-        else if (word == "jaw") info.frame = program::Frame::jaw;
-        else if (word == "eyes") info.frame = program::Frame::eyes;
-        else report(d, value ? value : child, BadProperty{"frame", std::string(word), "head, torso, jaw or eyes"});
+        if (word == "head")
+          info.frame = program::Frame::head;
+        else if (word == "torso")
+          info.frame = program::Frame::torso;
+        else if (word == "jaw")
+          info.frame = program::Frame::jaw;
+        else if (word == "eyes")
+          info.frame = program::Frame::eyes;
+        else
+          report(d, value ? value : child, BadProperty{"frame", std::string(word), "head, torso, jaw or eyes"});
       } else if (name == "motion") {
         static constexpr std::string_view kWords[] = {"rotate_x",    "rotate_y",    "rotate_z",
                                                       "translate_x", "translate_y", "translate_z"};
         const auto* it = std::find(std::begin(kWords), std::end(kWords), word);
-        if (it != std::end(kWords)) info.motion = static_cast<program::Motion>(it - std::begin(kWords) + 1);
-        else report(d, value ? value : child,
-                    BadProperty{"motion", std::string(word), "rotate_x, _y, _z or translate_x, _y, _z"});
+        if (it != std::end(kWords))
+          info.motion = static_cast<program::Motion>(it - std::begin(kWords) + 1);
+        else
+          report(d, value ? value : child,
+                 BadProperty{"motion", std::string(word), "rotate_x, _y, _z or translate_x, _y, _z"});
       } else {
-        report(d, child.at(0),
-               UnknownProperty{std::string(name), "an axis", {"track", "100%", "frame", "motion"}});
+        report(d, child.at(0), UnknownProperty{std::string(name), "an axis", {"track", "100%", "frame", "motion"}});
       }
     }
     if (count != 2) return;  // the parser has said why
@@ -216,11 +230,12 @@ class Builder {
       if (std::any_of(found.begin(), found.end(), [&](const Found& f) { return f.unit.number == number; })) continue;
       const NodeRef title = d.node.child(NodeKind::string);
       Found f{{number, d.node.child(NodeKind::sides).exists(), 0, 1.0, d},
-              std::string(title ? unquoted(title) : std::string_view()), kUnreachable};
+              std::string(title ? unquoted(title) : std::string_view()),
+              kUnreachable};
       for (NodeRef p : d.node.children())
         if (is_property(p) && p.at(0).text() == "track") f.track = track_of(d, p);
-      const auto axis_unit = std::find_if(axis_units.begin(), axis_units.end(),
-                                          [&](const UnitInfo& u) { return u.number == number; });
+      const auto axis_unit =
+          std::find_if(axis_units.begin(), axis_units.end(), [&](const UnitInfo& u) { return u.number == number; });
       if (axis_unit != axis_units.end()) {
         axis_unit->declaration = d;
         f.track = kUnreachable;
@@ -241,8 +256,7 @@ class Builder {
         if (!f.unit.sided && side == program::Side::right) break;
         ChannelInfo c;
         c.side = f.unit.sided ? side : program::Side::none;
-        c.name = fmt::format("AU{}{}", f.unit.number,
-                             !f.unit.sided ? "" : side == program::Side::left ? "L" : "R");
+        c.name = fmt::format("AU{}{}", f.unit.number, !f.unit.sided ? "" : side == program::Side::left ? "L" : "R");
         c.title = f.title;
         c.track = f.track;
         c.au = f.unit.number;

@@ -31,7 +31,7 @@ struct ChannelInfo {
   program::Motion motion = program::Motion::none;
   program::Frame frame = program::Frame::none;
   std::uint16_t au = 0;
-  double full_scale = 0.0;              ///< of an axis, in `unit`: degrees or millimetres; may be negative
+  double full_scale = 0.0;  ///< of an axis, in `unit`: degrees or millimetres; may be negative
   lang::Unit unit = lang::Unit::none;
 
   [[nodiscard]] bool is_axis() const { return kind == program::ChannelKind::axis; }

@@ -41,7 +41,8 @@ void check_movement(const Declaration& d, Evaluator& evaluator) {
   for (const Amount& a : movement->pose) {
     const ChannelInfo& c = evaluator.channels().channels[a.channel];
     if (a.value > 1.0 + 1e-9 || a.value < c.low() - 1e-9)
-      evaluator.report(outer, d.node.child(NodeKind::name), Saturated{c.name, fmt::format("{:.4g}%", a.value * 100.0),
+      evaluator.report(outer, d.node.child(NodeKind::name),
+                       Saturated{c.name, fmt::format("{:.4g}%", a.value * 100.0),
                                  fmt::format("{:.4g}%", a.value > 1.0 ? 100.0 : c.low() * 100.0)});
   }
 }

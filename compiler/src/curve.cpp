@@ -35,8 +35,7 @@ Cubic part(const Cubic& c, double a, double b) {
     const double b0 = mix(a0, a1, s), b1 = mix(a1, a2, s);
     return mix(b0, b1, t);
   };
-  return {a == 0.0 ? c.p0 : blossom(a, a, a), blossom(a, a, b), blossom(a, b, b),
-          b == 1.0 ? c.p3 : blossom(b, b, b)};
+  return {a == 0.0 ? c.p0 : blossom(a, a, a), blossom(a, a, b), blossom(a, b, b), b == 1.0 ? c.p3 : blossom(b, b, b)};
 }
 
 /// Walks one curve along a rising list of cut times.
@@ -115,8 +114,10 @@ void close(Curve& out, std::int64_t end, double value, std::uint32_t source) {
 void open(Curve& out, double value) {
   if (out.knots.empty() || magnitude(out.knots.front().value - value) <= 1e-12) return;
   const CurveKnot first{out.knots.front().time_ns, value, value, value, out.knots.front().source};
-  if (out.knots.size() >= 2 && out.knots[1].time_ns == first.time_ns) out.knots.front() = first;
-  else out.knots.insert(out.knots.begin(), first);
+  if (out.knots.size() >= 2 && out.knots[1].time_ns == first.time_ns)
+    out.knots.front() = first;
+  else
+    out.knots.insert(out.knots.begin(), first);
 }
 
 /// Roots of a cubic in (0, 1), rising. Bracketed on monotone pieces and bisected: no libm, same bits everywhere.
@@ -133,8 +134,10 @@ std::size_t roots(const Cubic& c, std::array<double, 3>& out) {
     const bool low_negative = f(lo) < 0.0;
     for (int i = 0; i < 60; ++i) {
       const double mid = 0.5 * (lo + hi);
-      if ((f(mid) < 0.0) == low_negative) lo = mid;
-      else hi = mid;
+      if ((f(mid) < 0.0) == low_negative)
+        lo = mid;
+      else
+        hi = mid;
     }
     return 0.5 * (lo + hi);
   };
@@ -170,7 +173,9 @@ Curve join(const Curve& a, const Curve& b, Rule rule) {
 }
 
 std::uint32_t stronger(const Cubic& a, std::uint32_t sa, const Cubic& b, std::uint32_t sb) {
-  const auto weight = [](const Cubic& c) { return magnitude(c.p0) + magnitude(c.p1) + magnitude(c.p2) + magnitude(c.p3); };
+  const auto weight = [](const Cubic& c) {
+    return magnitude(c.p0) + magnitude(c.p1) + magnitude(c.p2) + magnitude(c.p3);
+  };
   if (sa == 0xFFFFFFFFU) return sb;
   if (sb == 0xFFFFFFFFU) return sa;
   return weight(b) > weight(a) ? sb : sa;
@@ -207,8 +212,7 @@ double Curve::value(std::int64_t time_ns) const {
   if (after == knots.begin()) return knots.front().value;
   const CurveKnot& left = *(after - 1);
   if (after == knots.end()) return left.value;
-  const double u =
-      static_cast<double>(time_ns - left.time_ns) / static_cast<double>(after->time_ns - left.time_ns);
+  const double u = static_cast<double>(time_ns - left.time_ns) / static_cast<double>(after->time_ns - left.time_ns);
   return Cubic{left.value, left.b1, left.b2, after->value}.value(u);
 }
 
@@ -245,7 +249,8 @@ void ease_to(Curve& curve, std::int64_t time_ns, double value, Easing easing, st
     case Easing::cosine: {
       // (1 - cos pi u) / 2 in four cubic pieces: values and slopes at u = k/4, to 17 digits; largest error 6.2e-5.
       static constexpr std::array<double, 5> kValue{0.0, 0.14644660940672624, 0.5, 0.85355339059327373, 1.0};
-      static constexpr std::array<double, 5> kSlope{0.0, 1.1107207345395915, 1.5707963267948966, 1.1107207345395915, 0.0};
+      static constexpr std::array<double, 5> kSlope{0.0, 1.1107207345395915, 1.5707963267948966, 1.1107207345395915,
+                                                    0.0};
       for (std::size_t i = 0; i < 4; ++i) {
         CurveKnot& left = curve.knots.back();
         const double rise = value - v0;
@@ -274,10 +279,11 @@ Curve scaled(Curve curve, double factor) {
 Curve add(const Curve& a, const Curve& b) {
   if (a.empty()) return b;
   if (b.empty()) return a;
-  Curve out = join(a, b, [](Curve& o, std::int64_t t0, std::int64_t t1, const Cubic& x, std::uint32_t sx, const Cubic& y,
-                            std::uint32_t sy) {
-    append(o, t0, t1, {x.p0 + y.p0, x.p1 + y.p1, x.p2 + y.p2, x.p3 + y.p3}, stronger(x, sx, y, sy));
-  });
+  Curve out = join(a, b,
+                   [](Curve& o, std::int64_t t0, std::int64_t t1, const Cubic& x, std::uint32_t sx, const Cubic& y,
+                      std::uint32_t sy) {
+                     append(o, t0, t1, {x.p0 + y.p0, x.p1 + y.p1, x.p2 + y.p2, x.p3 + y.p3}, stronger(x, sx, y, sy));
+                   });
   const std::int64_t end = std::max(a.knots.back().time_ns, b.knots.back().time_ns);
   close(out, end, a.value(end) + b.value(end), a.knots.back().source);
   open(out, a.knots.front().value + b.knots.front().value);
@@ -287,33 +293,36 @@ Curve add(const Curve& a, const Curve& b) {
 Curve maximum(const Curve& a, const Curve& b) {
   if (a.empty()) return b;
   if (b.empty()) return a;
-  Curve out = join(a, b, [](Curve& o, std::int64_t t0, std::int64_t t1, const Cubic& x, std::uint32_t sx, const Cubic& y,
-                            std::uint32_t sy) {
-    const Cubic difference{x.p0 - y.p0, x.p1 - y.p1, x.p2 - y.p2, x.p3 - y.p3};
-    std::array<double, 3> root{};
-    const std::size_t count = roots(difference, root);
-    std::int64_t from = t0;
-    double u0 = 0.0;
-    for (std::size_t i = 0; i <= count; ++i) {
-      std::int64_t to = t1;
-      double u1 = 1.0;
-      if (i < count) {
-        to = t0 + static_cast<std::int64_t>(root[i] * static_cast<double>(t1 - t0) + 0.5);
-        if (to <= from || to >= t1) continue;
-        u1 = static_cast<double>(to - t0) / static_cast<double>(t1 - t0);
-      }
-      const double middle = 0.5 * (u0 + u1);
-      const bool first = x.value(middle) >= y.value(middle);
-      Cubic piece = part(first ? x : y, u0, u1);
-      // A crossing is rounded to a nanosecond, or away where there is no nanosecond between. Knots are exact all the same.
-      piece.p0 = std::max(x.value(u0), y.value(u0));
-      piece.p3 = std::max(x.value(u1), y.value(u1));
-      const std::uint32_t source = first ? sx : sy;  // a level that cuts off has none: what is cut off made it
-      append(o, from, to, piece, source != 0xFFFFFFFFU ? source : first ? sy : sx);
-      from = to;
-      u0 = u1;
-    }
-  });
+  Curve out = join(a, b,
+                   [](Curve& o, std::int64_t t0, std::int64_t t1, const Cubic& x, std::uint32_t sx, const Cubic& y,
+                      std::uint32_t sy) {
+                     const Cubic difference{x.p0 - y.p0, x.p1 - y.p1, x.p2 - y.p2, x.p3 - y.p3};
+                     std::array<double, 3> root{};
+                     const std::size_t count = roots(difference, root);
+                     std::int64_t from = t0;
+                     double u0 = 0.0;
+                     for (std::size_t i = 0; i <= count; ++i) {
+                       std::int64_t to = t1;
+                       double u1 = 1.0;
+                       if (i < count) {
+                         to = t0 + static_cast<std::int64_t>(root[i] * static_cast<double>(t1 - t0) + 0.5);
+                         if (to <= from || to >= t1) continue;
+                         u1 = static_cast<double>(to - t0) / static_cast<double>(t1 - t0);
+                       }
+                       const double middle = 0.5 * (u0 + u1);
+                       const bool first = x.value(middle) >= y.value(middle);
+                       Cubic piece = part(first ? x : y, u0, u1);
+                       // A crossing is rounded to a nanosecond, or away where there is no nanosecond between. Knots are
+                       // exact all the same.
+                       piece.p0 = std::max(x.value(u0), y.value(u0));
+                       piece.p3 = std::max(x.value(u1), y.value(u1));
+                       const std::uint32_t source =
+                           first ? sx : sy;  // a level that cuts off has none: what is cut off made it
+                       append(o, from, to, piece, source != 0xFFFFFFFFU ? source : first ? sy : sx);
+                       from = to;
+                       u0 = u1;
+                     }
+                   });
   const std::int64_t end = std::max(a.knots.back().time_ns, b.knots.back().time_ns);
   close(out, end, std::max(a.value(end), b.value(end)), a.knots.back().source);
   open(out, std::max(a.knots.front().value, b.knots.front().value));
@@ -337,21 +346,25 @@ Curve clamped(const Curve& a, double low, double high) {
 Curve either(const Curve& a, const Curve& b) {
   if (a.empty()) return b;
   if (b.empty()) return a;
-  Curve out = join(a, b, [](Curve& o, std::int64_t t0, std::int64_t t1, const Cubic& x, std::uint32_t sx, const Cubic& y,
-                            std::uint32_t sy) {
-    const std::uint32_t source = stronger(x, sx, y, sy);
-    const auto by_constant = [&](const Cubic& c, double k) {  // c + k - c k, exact
-      append(o, t0, t1, {c.p0 + k - c.p0 * k, c.p1 + k - c.p1 * k, c.p2 + k - c.p2 * k, c.p3 + k - c.p3 * k}, source);
-    };
-    if (y.constant()) return by_constant(x, y.p0);
-    if (x.constant()) return by_constant(y, x.p0);
-    fit(o, t0, t1, source,
-        [&](double u) {
-          const double p = x.value(u), q = y.value(u), dp = x.derivative(u), dq = y.derivative(u);
-          return std::pair{p + q - p * q, dp + dq - dp * q - p * dq};
-        },
-        0.0, 1.0, 0);
-  });
+  Curve out =
+      join(a, b,
+           [](Curve& o, std::int64_t t0, std::int64_t t1, const Cubic& x, std::uint32_t sx, const Cubic& y,
+              std::uint32_t sy) {
+             const std::uint32_t source = stronger(x, sx, y, sy);
+             const auto by_constant = [&](const Cubic& c, double k) {  // c + k - c k, exact
+               append(o, t0, t1, {c.p0 + k - c.p0 * k, c.p1 + k - c.p1 * k, c.p2 + k - c.p2 * k, c.p3 + k - c.p3 * k},
+                      source);
+             };
+             if (y.constant()) return by_constant(x, y.p0);
+             if (x.constant()) return by_constant(y, x.p0);
+             fit(
+                 o, t0, t1, source,
+                 [&](double u) {
+                   const double p = x.value(u), q = y.value(u), dp = x.derivative(u), dq = y.derivative(u);
+                   return std::pair{p + q - p * q, dp + dq - dp * q - p * dq};
+                 },
+                 0.0, 1.0, 0);
+           });
   const std::int64_t end = std::max(a.knots.back().time_ns, b.knots.back().time_ns);
   const double p = a.value(end), q = b.value(end);
   close(out, end, p + q - p * q, a.knots.back().source);
@@ -363,24 +376,27 @@ Curve either(const Curve& a, const Curve& b) {
 Curve replaced(const Curve& base, const Curve& over, const Curve& w) {
   if (base.empty()) return over;
   // base (1 - w): exact where either is constant; then over is added, which is exact.
-  Curve rest = join(base, w, [](Curve& o, std::int64_t t0, std::int64_t t1, const Cubic& x, std::uint32_t sx, const Cubic& y,
-                                std::uint32_t) {
-    if (y.constant()) {
-      const double k = 1.0 - y.p0;
-      append(o, t0, t1, {x.p0 * k, x.p1 * k, x.p2 * k, x.p3 * k}, sx);
-    } else if (x.constant()) {
-      const double k = x.p0;
-      append(o, t0, t1, {k - k * y.p0, k - k * y.p1, k - k * y.p2, k - k * y.p3}, sx);
-    } else {
-      fit(o, t0, t1, sx,
-          [&](double u) {
-            const double p = x.value(u), q = 1.0 - y.value(u);
-            return std::pair{p * q, x.derivative(u) * q - p * y.derivative(u)};
-          },
-          0.0, 1.0, 0);
-    }
-  });
-  const std::int64_t end = std::max(base.knots.back().time_ns, w.empty() ? base.knots.back().time_ns : w.knots.back().time_ns);
+  Curve rest = join(
+      base, w,
+      [](Curve& o, std::int64_t t0, std::int64_t t1, const Cubic& x, std::uint32_t sx, const Cubic& y, std::uint32_t) {
+        if (y.constant()) {
+          const double k = 1.0 - y.p0;
+          append(o, t0, t1, {x.p0 * k, x.p1 * k, x.p2 * k, x.p3 * k}, sx);
+        } else if (x.constant()) {
+          const double k = x.p0;
+          append(o, t0, t1, {k - k * y.p0, k - k * y.p1, k - k * y.p2, k - k * y.p3}, sx);
+        } else {
+          fit(
+              o, t0, t1, sx,
+              [&](double u) {
+                const double p = x.value(u), q = 1.0 - y.value(u);
+                return std::pair{p * q, x.derivative(u) * q - p * y.derivative(u)};
+              },
+              0.0, 1.0, 0);
+        }
+      });
+  const std::int64_t end =
+      std::max(base.knots.back().time_ns, w.empty() ? base.knots.back().time_ns : w.knots.back().time_ns);
   close(rest, end, base.value(end) * (1.0 - w.value(end)), base.knots.back().source);
   open(rest, base.knots.front().value * (1.0 - (w.empty() ? 0.0 : w.knots.front().value)));
   return add(rest, over);
@@ -391,8 +407,8 @@ void simplify(Curve& curve) {
   kept.reserve(curve.knots.size());
   for (std::size_t i = 0; i < curve.knots.size(); ++i) {
     const CurveKnot& k = curve.knots[i];
-    const bool flat_before = !kept.empty() && kept.back().value == k.value && kept.back().b1 == k.value &&
-                             kept.back().b2 == k.value;
+    const bool flat_before =
+        !kept.empty() && kept.back().value == k.value && kept.back().b1 == k.value && kept.back().b2 == k.value;
     const bool last = i + 1 == curve.knots.size();
     const bool flat_after = !last && k.b1 == k.value && k.b2 == k.value && curve.knots[i + 1].value == k.value;
     // In the middle of a level stretch, or after one that ends the curve: nothing would change without it.

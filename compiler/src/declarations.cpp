@@ -40,7 +40,8 @@ class Uniqueness {
     const NodeRef first_name = it->second.child(NodeKind::name);
     const NodeRef this_name = node.child(NodeKind::name);
     const auto& source = files_[file].tree->source_pointer();
-    auto& d = diagnostics_.report(source, (this_name ? this_name : node).range(), DuplicateName{what, std::string(name)});
+    auto& d =
+        diagnostics_.report(source, (this_name ? this_name : node).range(), DuplicateName{what, std::string(name)});
     d.labels.push_back({source, (first_name ? first_name : it->second).range(), "the first one"});
     return false;
   }
@@ -141,7 +142,8 @@ Declarations Declarations::collect(std::vector<LoadedFile>& files, lang::SourceP
           for (NodeRef part : node.children()) {
             if (!part.is(NodeKind::entry)) continue;
             const std::string_view name = name_of(part);
-            if (name.empty() || !unique.fresh(fmt::format("entry {}", d.name).c_str(), "entry", name, i, part)) continue;
+            if (name.empty() || !unique.fresh(fmt::format("entry {}", d.name).c_str(), "entry", name, i, part))
+              continue;
             const auto index = static_cast<std::uint32_t>(all.entries.size());
             all.entries.push_back({part, name, i, static_cast<std::uint32_t>(all.lexicons.size())});
             lexicon.entries.push_back(index);
@@ -152,7 +154,8 @@ Declarations Declarations::collect(std::vector<LoadedFile>& files, lang::SourceP
           all.lexicons.push_back(std::move(lexicon));
           break;
         }
-        default: break;
+        default:
+          break;
       }
     }
   }

@@ -25,7 +25,7 @@ struct Declaration {
 struct LexiconDeclaration {
   Declaration declaration;
   std::uint32_t extends = 0xFFFFFFFFU;
-  std::vector<std::uint32_t> entries;  ///< indices into Declarations::entries, in order
+  std::vector<std::uint32_t> entries;                           ///< indices into Declarations::entries, in order
   std::unordered_map<std::string_view, std::uint32_t> by_name;  ///< names, labels and aliases, without quotes
 };
 
@@ -37,8 +37,8 @@ class Declarations {
   static Declarations collect(std::vector<LoadedFile>& files, lang::SourceProvider& provider,
                               lang::Diagnostics& diagnostics);
 
-  std::vector<Declaration> movements;   ///< pose, expression, motion
-  std::vector<Declaration> clips;       ///< timeline, utterance, discourse
+  std::vector<Declaration> movements;  ///< pose, expression, motion
+  std::vector<Declaration> clips;      ///< timeline, utterance, discourse
   std::vector<Declaration> entries;
   std::vector<LexiconDeclaration> lexicons;
   std::vector<Declaration> tracks, axes, units, muscles, faces, tests;

@@ -85,7 +85,8 @@ Description UnitMismatch::describe() const {
 }
 
 Description UnexpectedArgument::describe() const {
-  Description d{fmt::format("{} has no parameter for {}", name, argument), {}, {{"name", name}, {"argument", argument}}};
+  Description d{
+      fmt::format("{} has no parameter for {}", name, argument), {}, {{"name", name}, {"argument", argument}}};
   d.helps.push_back(parameters.empty() ? fmt::format("{} takes no arguments", name)
                                        : fmt::format("its parameters are {}", joined(parameters)));
   return d;
@@ -120,10 +121,11 @@ Description StepsNotWhole::describe() const {
 }
 
 Description MissingDuration::describe() const {
-  return {fmt::format("{} has no length of its own", name),
-          {fmt::format("say how long: `{0} over SPAN`, `{0} at POINT for 600ms`, or give it a length where it is declared",
-                       name)},
-          {{"name", name}}};
+  return {
+      fmt::format("{} has no length of its own", name),
+      {fmt::format("say how long: `{0} over SPAN`, `{0} at POINT for 600ms`, or give it a length where it is declared",
+                   name)},
+      {{"name", name}}};
 }
 
 Description UnknownSign::describe() const {
@@ -202,9 +204,10 @@ Description TooLarge::describe() const {
 }
 
 Description PhasesShrunk::describe() const {
-  return {fmt::format("the onset of {} wants {} and has {}: its phases are shortened in proportion", what, wanted, room),
-          {"lengthen the span, add a lead, or write a shorter onset"},
-          {{"what", what}, {"wanted", wanted}, {"room", room}}};
+  return {
+      fmt::format("the onset of {} wants {} and has {}: its phases are shortened in proportion", what, wanted, room),
+      {"lengthen the span, add a lead, or write a shorter onset"},
+      {{"what", what}, {"wanted", wanted}, {"room", room}}};
 }
 
 Description RateChanged::describe() const {

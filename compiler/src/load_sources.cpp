@@ -149,8 +149,8 @@ std::vector<LoadedFile> load_sources(const std::vector<std::shared_ptr<const lan
   return files;
 }
 
-bool load_named(std::vector<LoadedFile>& files, std::uint32_t from, const std::string& name, lang::SourceProvider& provider,
-                lang::Diagnostics& diagnostics) {
+bool load_named(std::vector<LoadedFile>& files, std::uint32_t from, const std::string& name,
+                lang::SourceProvider& provider, lang::Diagnostics& diagnostics) {
   std::shared_ptr<const lang::Source> source = provider.find(name, "");
   if (!source) return false;
   const std::uint32_t index = load(files, std::move(source), false, provider, diagnostics);

@@ -13,12 +13,12 @@ namespace nms::compiler {
 /// One file in use, and how far every other file is from it by `use`.
 struct LoadedFile {
   std::shared_ptr<const lang::Tree> tree;
-  bool root = false;                    ///< named by the caller; its clips are made
-  bool prelude = false;                 ///< the file that every file sees without using it
-  std::vector<std::uint32_t> uses;      ///< files it uses, in order
-  std::vector<lang::NodeRef> use_at;    ///< for each of them where it says so; none for a lexicon that it names
-  /// For each file its rank from here, or kUnreachable: 0 this one, then those it uses, then theirs, each in order; what
-  /// only the prelude uses comes after all of them.
+  bool root = false;                  ///< named by the caller; its clips are made
+  bool prelude = false;               ///< the file that every file sees without using it
+  std::vector<std::uint32_t> uses;    ///< files it uses, in order
+  std::vector<lang::NodeRef> use_at;  ///< for each of them where it says so; none for a lexicon that it names
+  /// For each file its rank from here, or kUnreachable: 0 this one, then those it uses, then theirs, each in order;
+  /// what only the prelude uses comes after all of them.
   std::vector<std::uint32_t> distance;
 };
 
@@ -30,7 +30,7 @@ inline constexpr std::uint32_t kUnreachable = 0xFFFFFFFFU;
                                                    lang::SourceProvider& provider, lang::Diagnostics& diagnostics);
 
 /// Adds one file (and what it uses) that a construct names without `use`: `in asl`. False: there is none.
-bool load_named(std::vector<LoadedFile>& files, std::uint32_t from, const std::string& name, lang::SourceProvider& provider,
-                lang::Diagnostics& diagnostics);
+bool load_named(std::vector<LoadedFile>& files, std::uint32_t from, const std::string& name,
+                lang::SourceProvider& provider, lang::Diagnostics& diagnostics);
 
 }  // namespace nms::compiler

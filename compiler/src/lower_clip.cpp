@@ -65,11 +65,20 @@ class UtteranceLowering {
     fire_for_signs();
     for (NodeRef item : d_.node.children()) {
       switch (item.kind()) {
-        case NodeKind::placement: placement(item); break;
-        case NodeKind::when: evaluator_.report(scope_, item, NotCompiled{"when"}); break;
-        case NodeKind::optional: evaluator_.report(scope_, item, NotCompiled{"optional"}); break;
-        case NodeKind::one_of: evaluator_.report(scope_, item, NotCompiled{"one of"}); break;
-        default: break;
+        case NodeKind::placement:
+          placement(item);
+          break;
+        case NodeKind::when:
+          evaluator_.report(scope_, item, NotCompiled{"when"});
+          break;
+        case NodeKind::optional:
+          evaluator_.report(scope_, item, NotCompiled{"optional"});
+          break;
+        case NodeKind::one_of:
+          evaluator_.report(scope_, item, NotCompiled{"one of"});
+          break;
+        default:
+          break;
       }
     }
     for (const Sign& s : tier_.signs) {
@@ -100,9 +109,11 @@ class UtteranceLowering {
       const NodeRef value = p.at(1);
       if (name == "signer") {
         const std::string_view word = value ? value.text() : std::string_view();
-        if (word == "left_handed") scope_.left_handed = true;
+        if (word == "left_handed")
+          scope_.left_handed = true;
         else if (word != "right_handed")
-          evaluator_.report(scope_, value ? value : p, BadProperty{"signer", std::string(word), "left_handed or right_handed"});
+          evaluator_.report(scope_, value ? value : p,
+                            BadProperty{"signer", std::string(word), "left_handed or right_handed"});
       } else if (name != "source" && name != "meaning") {
         evaluator_.report(scope_, p.at(0),
                           UnknownProperty{std::string(name), "an utterance", {"signer", "source", "meaning"}});
@@ -120,7 +131,8 @@ class UtteranceLowering {
     return lexicon_ == kUnreachable ? nullptr : evaluator_.declarations().find_entry(name, lexicon_);
   }
 
-  /// Signs that are a topic: in a bracket `topic[ ]` or one whose entry spreads over topics, or under `topic over SPAN`.
+  /// Signs that are a topic: in a bracket `topic[ ]` or one whose entry spreads over topics, or under `topic over
+  /// SPAN`.
   void find_topics() {
     in_topic_.assign(tier_.signs.size(), false);
     for (const Bracket& b : tier_.brackets) {
@@ -157,7 +169,8 @@ class UtteranceLowering {
     for (const Sign& s : tier_.signs) {
       const std::string name(s.alias.empty() ? s.gloss : s.alias);
       clip_.markers.push_back({s.start_ns, name, program::MarkerKind::sign_start});
-      if (s.stroke_end_ns != s.end_ns) clip_.markers.push_back({s.stroke_end_ns, name, program::MarkerKind::stroke_end});
+      if (s.stroke_end_ns != s.end_ns)
+        clip_.markers.push_back({s.stroke_end_ns, name, program::MarkerKind::stroke_end});
       clip_.markers.push_back({s.end_ns, name, program::MarkerKind::sign_end});
     }
   }
@@ -212,7 +225,8 @@ class UtteranceLowering {
         names.insert(names.end(), {"clause", "phrase", "topic"});
         return names;
       };
-      evaluator_.report(scope_, b.node.at(0), UnknownName{"entry", std::string(b.label), evaluator_.similar(b.label, known)});
+      evaluator_.report(scope_, b.node.at(0),
+                        UnknownName{"entry", std::string(b.label), evaluator_.similar(b.label, known)});
       return;
     }
     use(*e, b.node, bracket_span(b), b.node.child(NodeKind::options));
@@ -374,11 +388,7 @@ std::optional<ClipDraft> lower_expression(const Declaration& d, Evaluator& evalu
   if (!movement || movement->sequences.empty()) return std::nullopt;
   const Sequence& s = movement->sequences.front();
   if (s.steps.empty()) return std::nullopt;
-  if (s.duration_ns < 0) {
-    // Played alone it needs a length; placed in a timeline it may take one there.
-    evaluator.report(scope, d.node.child(NodeKind::name), MissingDuration{std::string(d.name)});
-    return std::nullopt;
-  }
+  if (s.duration_ns < 0) return std::nullopt;  // the placement gives the length: nothing to play alone
   ClipDraft clip;
   clip.name = d.name;
   clip.kind = program::ClipKind::expression;
@@ -429,8 +439,9 @@ std::optional<ClipDraft> lower_timeline(const Declaration& d, Evaluator& evaluat
     for (std::size_t i = before; i < clip.contributions.size(); ++i) end = std::max(end, clip.contributions[i].end_ns);
     // The way back to rest may lie past the end of what the author timed; a second of it is nobody's mistake.
     if (stated && end > length + 1'000'000'000)
-      evaluator.report(scope, item, OutlastsTimeline{fmt::format("{:.6g}s", static_cast<double>(end) / 1e9),
-                                                     std::string(stated.text())});
+      evaluator.report(
+          scope, item,
+          OutlastsTimeline{fmt::format("{:.6g}s", static_cast<double>(end) / 1e9), std::string(stated.text())});
   }
   clip.end_ns = length;
   finish_extent(clip);

@@ -116,15 +116,20 @@ void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scop
       case NodeKind::property:
         if (is_property(item) && !known_entry_property(item.at(0).text()))
           evaluator.report(scope, item.at(0),
-                           UnknownProperty{std::string(item.at(0).text()), "an entry",
+                           UnknownProperty{std::string(item.at(0).text()),
+                                           "an entry",
                                            {"label", "alias", "meaning", "source", "evidence", "spreads", "onset",
                                             "offset", "lead", "lag", "easing"}});
         break;
       case NodeKind::when:
         evaluator.report(scope, item, NotCompiled{item.has(lang::kFlagUnless) ? "unless" : "when"});
         break;
-      case NodeKind::optional: evaluator.report(scope, item, NotCompiled{"optional"}); break;
-      case NodeKind::one_of: evaluator.report(scope, item, NotCompiled{"one of"}); break;
+      case NodeKind::optional:
+        evaluator.report(scope, item, NotCompiled{"optional"});
+        break;
+      case NodeKind::one_of:
+        evaluator.report(scope, item, NotCompiled{"one of"});
+        break;
       case NodeKind::placement: {
         Placed base;
         base.span = span;
@@ -135,7 +140,8 @@ void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scop
         schedule_component(clip, item, base, intensity, scope, context, evaluator);
         break;
       }
-      default: break;
+      default:
+        break;
     }
   }
 }

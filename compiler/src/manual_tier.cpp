@@ -110,9 +110,12 @@ class TierBuilder {
       if (!s.alias.empty() && !aliases_.emplace(s.alias).second)
         evaluator_.report(scope_, s.node.child(NodeKind::alias), DuplicateName{"sign", std::string(s.alias)});
       const char* reason = nullptr;
-      if (s.stroke_end_ns <= s.start_ns) reason = "end before they start";
-      else if (s.end_ns < s.stroke_end_ns) reason = "hold the sign until before it ends";
-      else if (i > first && s.start_ns < tier_.signs[i - 1].start_ns) reason = "are before those of the sign in front of it";
+      if (s.stroke_end_ns <= s.start_ns)
+        reason = "end before they start";
+      else if (s.end_ns < s.stroke_end_ns)
+        reason = "hold the sign until before it ends";
+      else if (i > first && s.start_ns < tier_.signs[i - 1].start_ns)
+        reason = "are before those of the sign in front of it";
       if (reason == nullptr) continue;
       evaluator_.report(scope_, s.node, SignTimes{std::string(s.gloss), reason});
       // In order from here on, so that nothing placed by this sign is complained of too.

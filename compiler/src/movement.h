@@ -30,7 +30,7 @@ using Pose = std::vector<Amount>;
 
 /// One step of a sequence: the face is in `pose` at the step's end.
 struct Step {
-  double share = -1.0;        ///< of the whole, or -1: it has a time of its own
+  double share = -1.0;  ///< of the whole, or -1: it has a time of its own
   std::int64_t own_ns = -1;
   Pose pose;
   Easing easing = Easing::smooth;
@@ -50,8 +50,8 @@ struct Oscillation {
   std::uint32_t channel = 0;
   double count = 1.0;
   double rate_hz = 1.0;
-  double by = 0.0;      ///< share of full scale
-  double decay = 0.0;   ///< share of the amplitude lost with each cycle
+  double by = 0.0;     ///< share of full scale
+  double decay = 0.0;  ///< share of the amplitude lost with each cycle
   std::string_view name;
 };
 
@@ -145,7 +145,8 @@ class Evaluator {
   [[nodiscard]] bool add_unit(std::string_view text, std::uint32_t number, program::Side side, double value,
                               const Scale& scale, lang::NodeRef at, const Scope& scope, Pose& into);
   [[nodiscard]] bool facs(lang::NodeRef node, const Scale& scale, const Scope& scope, Movement& into);
-  [[nodiscard]] bool named(lang::NodeRef name, lang::NodeRef call, const Scale& scale, const Scope& scope, Movement& into);
+  [[nodiscard]] bool named(lang::NodeRef name, lang::NodeRef call, const Scale& scale, const Scope& scope,
+                           Movement& into);
   [[nodiscard]] bool oscillate(lang::NodeRef call, const Scale& scale, const Scope& scope, Movement& into);
   [[nodiscard]] bool take(Movement&& part, const Scale& scale, lang::NodeRef at, const Scope& scope, Movement& into);
   [[nodiscard]] std::optional<Movement> sum_within(lang::NodeRef node, const Scope& scope);
@@ -160,7 +161,7 @@ class Evaluator {
   lang::Diagnostics& diagnostics_;
   std::unordered_map<std::uint64_t, std::optional<Movement>> known_;  ///< of declarations called without arguments
   std::unordered_set<std::uint64_t> too_heavy_;  ///< declarations that took too much work: reported, not tried again
-  std::vector<lang::NodeRef> open_;  ///< declarations being worked out, to find circles
+  std::vector<lang::NodeRef> open_;              ///< declarations being worked out, to find circles
   std::set<std::tuple<const lang::Tree*, std::uint32_t, std::string_view>> reported_;
   lang::Diagnostic repeated_;  ///< what `report` hands back for a thing already said
   std::uint32_t spent_ = 0;
@@ -169,6 +170,14 @@ class Evaluator {
   std::uint64_t spent_in_all_ = 0;
   bool overspent_in_all_ = false;
 };
+
+/// Most that amounts may add up to, in full scales. Anything near it is a slip; far above it numbers would overflow.
+inline constexpr double kMaxAmount = 1e6;
+
+/// Shares, counts and plain numbers: any of them may scale a thing.
+[[nodiscard]] inline bool is_scalar(lang::Unit u) {
+  return u == lang::Unit::none || u == lang::Unit::percent || u == lang::Unit::count;
+}
 
 /// Adds an amount to a pose; amounts of one channel add.
 void add_amount(Pose& pose, std::uint32_t channel, double value);

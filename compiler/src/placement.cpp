@@ -123,7 +123,8 @@ std::optional<std::int64_t> Placer::point(NodeRef node) {
         time += part.has(lang::kFlagMinus) ? -q->nanoseconds : q->nanoseconds;
         break;
       }
-      default: break;
+      default:
+        break;
     }
   }
   if (!have) return std::nullopt;
@@ -200,8 +201,9 @@ std::optional<Span> Placer::over(NodeRef over) {
   const auto end = span_end(second, End::end);
   if (!start || !end) return std::nullopt;
   if (end->time_ns <= start->time_ns) {
-    evaluator_.report(scope_, span, SpanBackwards{std::string(first.text()) + " (" + seconds(start->time_ns) + ")",
-                                                  std::string(second.text()) + " (" + seconds(end->time_ns) + ")"});
+    evaluator_.report(scope_, span,
+                      SpanBackwards{std::string(first.text()) + " (" + seconds(start->time_ns) + ")",
+                                    std::string(second.text()) + " (" + seconds(end->time_ns) + ")"});
     return std::nullopt;
   }
   Span out{start->time_ns, end->time_ns, kUnreachable, kUnreachable};

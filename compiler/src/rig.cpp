@@ -54,9 +54,12 @@ class RigBuilder {
     for (const Declaration& m : all.muscles) {
       const bool own = face != nullptr && m.file == face->file && within(m.node, face->node);
       if (!own && inside_some_face(m)) continue;
-      const auto same = std::find_if(muscles.begin(), muscles.end(), [&](const Declaration* d) { return d->name == m.name; });
-      if (same == muscles.end()) muscles.push_back(&m);
-      else if (own) *same = &m;
+      const auto same =
+          std::find_if(muscles.begin(), muscles.end(), [&](const Declaration* d) { return d->name == m.name; });
+      if (same == muscles.end())
+        muscles.push_back(&m);
+      else if (own)
+        *same = &m;
     }
     for (const Declaration* m : muscles) muscle(*m);
     actuations();
@@ -87,8 +90,9 @@ class RigBuilder {
       const auto read = lang::read_quantity(q.text());
       if (!read) return false;
       if (read->unit != Unit::length && read->value != 0.0) {
-        evaluator_.report(scope, q, UnitMismatch{std::string(q.text()), std::string(lang::describe(read->unit)),
-                                                 std::string(lang::describe(Unit::length))});
+        evaluator_.report(scope, q,
+                          UnitMismatch{std::string(q.text()), std::string(lang::describe(read->unit)),
+                                       std::string(lang::describe(Unit::length))});
         return false;
       }
       if (read->value < -1e5 || read->value > 1e5) {
@@ -133,7 +137,8 @@ class RigBuilder {
     const bool needs_insertion = m.kind == MuscleKind::linear || m.kind == MuscleKind::sheet ||
                                  m.kind == MuscleKind::sphincter || m.kind == MuscleKind::eyelid;
     if (needs_insertion && m.insertion == program::StringId{0}) {
-      evaluator_.report(scope, d.node.child(NodeKind::name), MissingProperty{"an insertion (to NAME)", std::string(d.name)});
+      evaluator_.report(scope, d.node.child(NodeKind::name),
+                        MissingProperty{"an insertion (to NAME)", std::string(d.name)});
       return;
     }
     m.limit = 1.0F;
@@ -163,9 +168,12 @@ class RigBuilder {
       return false;
     };
     if (name == "falloff") {
-      if (word == "smooth") m.falloff = program::Falloff::smooth;
-      else if (word == "thesis") m.falloff = program::Falloff::thesis;
-      else return bad("smooth or thesis");
+      if (word == "smooth")
+        m.falloff = program::Falloff::smooth;
+      else if (word == "thesis")
+        m.falloff = program::Falloff::thesis;
+      else
+        return bad("smooth or thesis");
       return true;
     }
     if (name == "region" || name == "except") {
@@ -174,10 +182,14 @@ class RigBuilder {
       return true;
     }
     if (name == "frame") {
-      if (word == "jaw") m.frame = program::Frame::jaw;
-      else if (word == "head") m.frame = program::Frame::head;
-      else if (word == "torso") m.frame = program::Frame::torso;
-      else return bad("jaw, head or torso");
+      if (word == "jaw")
+        m.frame = program::Frame::jaw;
+      else if (word == "head")
+        m.frame = program::Frame::head;
+      else if (word == "torso")
+        m.frame = program::Frame::torso;
+      else
+        return bad("jaw, head or torso");
       return true;
     }
     if (name == "slide") {
@@ -247,8 +259,10 @@ class RigBuilder {
     // A pair said twice adds up.
     for (const program::Actuation& a : out) {
       auto& all = emitter_.draft.actuations;
-      if (!all.empty() && all.back().channel == a.channel && all.back().muscle == a.muscle) all.back().share += a.share;
-      else all.push_back(a);
+      if (!all.empty() && all.back().channel == a.channel && all.back().muscle == a.muscle)
+        all.back().share += a.share;
+      else
+        all.push_back(a);
     }
   }
 

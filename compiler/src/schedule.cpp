@@ -161,8 +161,9 @@ void place_oscillation(ClipDraft& clip, const Oscillation& o, const Placed& plac
     }
     const double rate = cycles / length;
     if (rate > 1.2 * o.rate_hz || rate < 0.8 * o.rate_hz)
-      evaluator.report(scope, placed.node, RateChanged{std::string(placed.name), fmt::format("{:.6g}Hz", o.rate_hz),
-                                                       fmt::format("{:.4g}Hz", rate)});
+      evaluator.report(
+          scope, placed.node,
+          RateChanged{std::string(placed.name), fmt::format("{:.6g}Hz", o.rate_hz), fmt::format("{:.4g}Hz", rate)});
   }
   const std::uint32_t source = source_of(clip, placed.node, placed.entry);
   Contribution c;
@@ -180,7 +181,8 @@ void place_oscillation(ClipDraft& clip, const Oscillation& o, const Placed& plac
   clip.markers.push_back({end, std::string(placed.name), program::MarkerKind::offset});
 }
 
-void place_sequence(ClipDraft& clip, const Sequence& s, const Placed& placed, const Scope& scope, Evaluator& evaluator) {
+void place_sequence(ClipDraft& clip, const Sequence& s, const Placed& placed, const Scope& scope,
+                    Evaluator& evaluator) {
   if (s.steps.empty()) return;
   const std::int64_t begin = placed.span.start_ns - placed.timing.lead_ns.value_or(0);
   const std::int64_t span_end = placed.span.end_ns + placed.timing.lag_ns.value_or(0);
@@ -196,9 +198,10 @@ void place_sequence(ClipDraft& clip, const Sequence& s, const Placed& placed, co
       repeats = std::max(1, static_cast<int>(std::min(wanted, kMaxCycles) + 0.5));
       const double change = wanted / repeats;
       if (change > 1.25 || change < 1.0 / 1.2)
-        evaluator.report(scope, placed.node,
-                         RateChanged{std::string(placed.name), fmt::format("{:.4g}Hz", 1e9 / static_cast<double>(duration)),
-                                     fmt::format("{:.4g}Hz", 1e9 * repeats / static_cast<double>(span_end - begin))});
+        evaluator.report(
+            scope, placed.node,
+            RateChanged{std::string(placed.name), fmt::format("{:.4g}Hz", 1e9 / static_cast<double>(duration)),
+                        fmt::format("{:.4g}Hz", 1e9 * repeats / static_cast<double>(span_end - begin))});
     }
     duration = (span_end - begin) / repeats;
   }
@@ -217,7 +220,8 @@ void place_sequence(ClipDraft& clip, const Sequence& s, const Placed& placed, co
 }  // namespace
 
 std::optional<Layer> read_layer(std::string_view function) {
-  static constexpr std::string_view kNames[] = {"affect", "prosody", "lexical", "morphological", "syntactic", "discourse"};
+  static constexpr std::string_view kNames[] = {"affect",        "prosody",   "lexical",
+                                                "morphological", "syntactic", "discourse"};
   for (int i = 0; i < kLayerCount; ++i)
     if (kNames[i] == function) return static_cast<Layer>(i);
   return std::nullopt;
@@ -251,7 +255,8 @@ Timing read_timing(NodeRef parent, const Scope& scope, Evaluator& evaluator, boo
                                                            : nullptr;
     if (slot != nullptr) {
       if (!value || !value.is(NodeKind::quantity)) {
-        evaluator.report(scope, p, BadProperty{std::string(name), value ? std::string(value.text()) : "nothing", "a time (250ms)"});
+        evaluator.report(
+            scope, p, BadProperty{std::string(name), value ? std::string(value.text()) : "nothing", "a time (250ms)"});
         continue;
       }
       const auto q = evaluator.quantity(value, Unit::time, scope);
@@ -275,8 +280,8 @@ Timing read_timing(NodeRef parent, const Scope& scope, Evaluator& evaluator, boo
   return t;
 }
 
-void play_sequence(ClipDraft& clip, const Sequence& sequence, std::int64_t start_ns, std::int64_t duration_ns, bool rest,
-                   const Placed& placed, Evaluator& evaluator) {
+void play_sequence(ClipDraft& clip, const Sequence& sequence, std::int64_t start_ns, std::int64_t duration_ns,
+                   bool rest, const Placed& placed, Evaluator& evaluator) {
   std::vector<std::uint32_t> channels;
   for (const Step& step : sequence.steps)
     for (const Amount& a : step.pose) channels.push_back(a.channel);
@@ -291,11 +296,13 @@ void play_sequence(ClipDraft& clip, const Sequence& sequence, std::int64_t start
   std::int64_t own = 0;
   for (std::size_t i = 0; i < sequence.steps.size(); ++i) {
     const Step& step = sequence.steps[i];
-    if (step.share >= 0.0) share += step.share;
-    else own += step.own_ns;
-    const double at = natural == 0.0 ? 0.0
-                                     : (static_cast<double>(own) + share * natural) *
-                                           (static_cast<double>(duration_ns) / natural);
+    if (step.share >= 0.0)
+      share += step.share;
+    else
+      own += step.own_ns;
+    const double at = natural == 0.0
+                          ? 0.0
+                          : (static_cast<double>(own) + share * natural) * (static_cast<double>(duration_ns) / natural);
     end[i] = start_ns + std::min(rounded(at), duration_ns);  // own times may be a nanosecond longer than the whole
   }
   if (!end.empty()) end.back() = start_ns + duration_ns;
@@ -303,8 +310,7 @@ void play_sequence(ClipDraft& clip, const Sequence& sequence, std::int64_t start
   const std::size_t n = sequence.steps.size();
   std::vector<std::uint32_t> sources(n);
   for (std::size_t i = 0; i < n; ++i)
-    sources[i] = source_of(clip, sequence.steps[i].node,
-                           placed.entry.empty() ? sequence.name : placed.entry);
+    sources[i] = source_of(clip, sequence.steps[i].node, placed.entry.empty() ? sequence.name : placed.entry);
   for (const std::uint32_t channel : channels) {
     Contribution c;
     c.channel = channel;
@@ -332,7 +338,8 @@ void play_sequence(ClipDraft& clip, const Sequence& sequence, std::int64_t start
   }
 }
 
-void schedule(ClipDraft& clip, const Movement& movement, const Placed& placed, const Scope& scope, Evaluator& evaluator) {
+void schedule(ClipDraft& clip, const Movement& movement, const Placed& placed, const Scope& scope,
+              Evaluator& evaluator) {
   if (!room_left(clip, placed, scope, evaluator)) return;
   if (!movement.pose.empty()) {
     if (placed.extent == Extent::point) {

@@ -25,9 +25,9 @@ inline constexpr int kLayerCount = 6;
 struct Contribution {
   std::uint32_t channel = 0;
   Curve curve;
-  Curve envelope;        ///< how far it takes the place of what lies under it, 0 to 1
+  Curve envelope;  ///< how far it takes the place of what lies under it, 0 to 1
   Layer layer = Layer::syntactic;
-  bool stated = false;   ///< stated by the utterance itself: replaces what entries supply
+  bool stated = false;  ///< stated by the utterance itself: replaces what entries supply
   std::int64_t start_ns = 0;
   std::int64_t end_ns = 0;
   std::string_view motion;  ///< of an oscillation: its name; the same motion asked for twice is one
@@ -66,7 +66,7 @@ struct ClipDraft {
   std::vector<DraftSource> sources;
   std::size_t counted = 0;  ///< contributions whose knots are counted
   std::size_t knots = 0;
-  bool full = false;        ///< it has more than fits, and that has been said
+  bool full = false;  ///< it has more than fits, and that has been said
 };
 
 /// How long a movement lasts where it is placed.
@@ -90,12 +90,13 @@ struct Placed {
 };
 
 /// Puts a movement into a clip. Reports what does not fit.
-void schedule(ClipDraft& clip, const Movement& movement, const Placed& placed, const Scope& scope, Evaluator& evaluator);
+void schedule(ClipDraft& clip, const Movement& movement, const Placed& placed, const Scope& scope,
+              Evaluator& evaluator);
 
 /// A sequence from neutral at `start_ns`, each pose reached at its step's end; `rest` adds the way back to neutral
 /// after the last step, with the tracks' own offsets (or `offset_ns`).
-void play_sequence(ClipDraft& clip, const Sequence& sequence, std::int64_t start_ns, std::int64_t duration_ns, bool rest,
-                   const Placed& placed, Evaluator& evaluator);
+void play_sequence(ClipDraft& clip, const Sequence& sequence, std::int64_t start_ns, std::int64_t duration_ns,
+                   bool rest, const Placed& placed, Evaluator& evaluator);
 
 /// The options `{ onset 167ms lead 233ms }` of a component, a use or an entry's own properties.
 [[nodiscard]] Timing read_timing(lang::NodeRef parent, const Scope& scope, Evaluator& evaluator, bool entry_properties);

@@ -20,8 +20,8 @@ struct CompileOptions {
 ///
 /// @param roots     the files whose expressions, timelines, entries and utterances become clips, in order
 /// @param provider  finds what they `use`, the prelude and the lexicons they name; asked for nothing else
-/// @returns nothing if an error was reported. Warnings do not stop it. Several independent errors are reported in one run.
-/// Deterministic: the same sources give the same bytes on every machine. No global state.
+/// @returns nothing if an error was reported. Warnings do not stop it. Several independent errors are reported in one
+/// run. Deterministic: the same sources give the same bytes on every machine. No global state.
 [[nodiscard]] std::optional<program::Draft> compile(const std::vector<std::shared_ptr<const lang::Source>>& roots,
                                                     lang::SourceProvider& provider, lang::Diagnostics& diagnostics,
                                                     const CompileOptions& options = {});

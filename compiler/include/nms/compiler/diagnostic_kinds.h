@@ -46,9 +46,9 @@ namespace nms::compiler {
   X(Saturated, saturated, warning)
 // clang-format on
 
-#define NMS_KIND(kind_, severity_)                                          \
-  static constexpr std::string_view kKind = #kind_;                         \
-  static constexpr lang::Severity kSeverity = lang::Severity::severity_;    \
+#define NMS_KIND(kind_, severity_)                                       \
+  static constexpr std::string_view kKind = #kind_;                      \
+  static constexpr lang::Severity kSeverity = lang::Severity::severity_; \
   [[nodiscard]] lang::Description describe() const
 
 /// A `use` names a file that is neither beside the using file nor in the stdlib.
@@ -109,7 +109,7 @@ struct UnitMismatch {
 };
 struct UnexpectedArgument {
   NMS_KIND(unexpected_argument, error);
-  std::string name;      ///< of what is called
+  std::string name;  ///< of what is called
   std::string argument;
   std::vector<std::string> parameters;
 };
@@ -168,7 +168,7 @@ struct SignTimes {
 };
 struct MissingLexicon {
   NMS_KIND(missing_lexicon, error);
-  std::string name;       ///< of the lexicon; empty: the utterance names none
+  std::string name;  ///< of the lexicon; empty: the utterance names none
   std::vector<std::string> nearest;
   std::string needed_by;  ///< the entry that is looked for, where the utterance names no lexicon
 };

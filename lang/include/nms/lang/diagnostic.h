@@ -26,13 +26,14 @@ struct Field {
   std::string value;
 };
 
-/// What the author's text has wrong, where, why, and what to do. Made by `report` from a kind's struct; drawn elsewhere.
+/// What the author's text has wrong, where, why, and what to do. Made by `report` from a kind's struct; drawn
+/// elsewhere.
 struct Diagnostic {
   std::string_view kind;  ///< stable, snake_case, static storage
   Severity severity = Severity::error;
   std::shared_ptr<const Source> source;
   Range range;
-  std::string message;    ///< what was seen, lower case, the author's own words
+  std::string message;  ///< what was seen, lower case, the author's own words
   std::vector<Label> labels;
   std::vector<std::string> helps;  ///< what to do
   std::vector<Field> fields;
@@ -61,7 +62,13 @@ class Diagnostics {
   template <typename Kind>
   Diagnostic& report(const std::shared_ptr<const Source>& source, Range range, const Kind& kind) {
     Description d = kind.describe();
-    return add(Diagnostic{Kind::kKind, Kind::kSeverity, source, range, std::move(d.message), {}, std::move(d.helps),
+    return add(Diagnostic{Kind::kKind,
+                          Kind::kSeverity,
+                          source,
+                          range,
+                          std::move(d.message),
+                          {},
+                          std::move(d.helps),
                           std::move(d.fields)});
   }
   Diagnostic& add(Diagnostic diagnostic);

@@ -11,8 +11,9 @@ namespace nms::lang {
 /// Tabs are kept in the source line and its underline; wide and combining characters are counted as terminals do.
 [[nodiscard]] std::string render_text(const Diagnostics& diagnostics, bool color);
 
-/// JSON for programs: an object {"diagnostics": [...], "errors": n, "warnings": n}. Every diagnostic has kind, severity,
-/// file, range {start {line, column, offset}, end}, message, labels, help, fields. UTF-8, invalid bytes replaced.
+/// JSON for programs: an object {"diagnostics": [...], "errors": n, "warnings": n}. Every diagnostic has kind,
+/// severity, file, range {start {line, column, offset}, end}, message, labels, help, fields. UTF-8, invalid bytes
+/// replaced.
 [[nodiscard]] std::string render_json(const Diagnostics& diagnostics);
 
 /// SARIF 2.1.0 for build servers: one run, a rule for each kind that occurs. Columns count code points, as SARIF asks.

@@ -35,7 +35,8 @@ class Source {
   [[nodiscard]] std::string_view slice(Range range) const {
     return std::string_view(text_).substr(range.begin, range.end - range.begin);
   }
-  /// Line and column of a byte; offsets past the end give the end. Builds the line table on first use (not thread-safe).
+  /// Line and column of a byte; offsets past the end give the end. Builds the line table on first use (not
+  /// thread-safe).
   [[nodiscard]] Position position(std::uint32_t offset) const;
   /// The text of line `line` (from 1) without its line break.
   [[nodiscard]] std::string_view line(std::uint32_t line) const;

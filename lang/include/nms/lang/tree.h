@@ -116,18 +116,18 @@ enum class NodeKind : std::uint8_t {
 /// The kind's name as a tree dump prints it ("for_sign").
 [[nodiscard]] std::string_view identifier(NodeKind kind);
 
-inline constexpr std::uint8_t kFlagError = 1;        ///< something in this node did not parse; do not lower it
-inline constexpr std::uint8_t kFlagStar = 2;         ///< factor: written with `*`
-inline constexpr std::uint8_t kFlagNamed = 4;        ///< argument: the first child is a keyword
-inline constexpr std::uint8_t kFlagUnless = 8;       ///< when: written `unless`
-inline constexpr std::uint8_t kFlagNonDominant = 16; ///< signs: `signs nd`
-inline constexpr std::uint8_t kFlagMinus = 32;       ///< term, offset: subtracted
+inline constexpr std::uint8_t kFlagError = 1;         ///< something in this node did not parse; do not lower it
+inline constexpr std::uint8_t kFlagStar = 2;          ///< factor: written with `*`
+inline constexpr std::uint8_t kFlagNamed = 4;         ///< argument: the first child is a keyword
+inline constexpr std::uint8_t kFlagUnless = 8;        ///< when: written `unless`
+inline constexpr std::uint8_t kFlagNonDominant = 16;  ///< signs: `signs nd`
+inline constexpr std::uint8_t kFlagMinus = 32;        ///< term, offset: subtracted
 
 /// One node, 16 bytes. Nodes stand in pre-order: the first child of node i is i + 1, its next sibling is nodes[i].next.
 struct Node {
   std::uint32_t begin = 0;  ///< bytes [begin, end) of the source
   std::uint32_t end = 0;
-  std::uint32_t next = 0;   ///< index just past this node's last descendant
+  std::uint32_t next = 0;  ///< index just past this node's last descendant
   NodeKind kind = NodeKind::file;
   std::uint8_t flags = 0;
   std::uint16_t zero = 0;
@@ -167,7 +167,7 @@ class NodeRef {
 
 /// A comment that is not a doc comment; the formatter puts it back.
 struct Comment {
-  Range range;      ///< from `//` to the end of its line
+  Range range;  ///< from `//` to the end of its line
   bool own_line = false;
 };
 

@@ -20,11 +20,11 @@ namespace nms::program {
 struct Program {
   std::span<const Track> tracks;
   std::span<const Channel> channels;
-  std::span<const Clip> clips;          ///< ordered as declared
+  std::span<const Clip> clips;  ///< ordered as declared
   std::span<const Curve> curves;
   std::span<const Knot> knots;
   std::span<const Handles> handles;
-  std::span<const std::uint32_t> plays; ///< knot indices, see Clip::first_play
+  std::span<const std::uint32_t> plays;  ///< knot indices, see Clip::first_play
   std::span<const Marker> markers;
   std::span<const std::uint32_t> knot_sources;  ///< one for each knot: index into sources or kNone; or empty
   std::span<const Source> sources;

@@ -44,16 +44,16 @@ struct Track {
 
 /// One curve's subject: an AU of one side, or a signed axis.
 ///
-/// `sample` prints an axis as its two AUs, each 0 to 1. `full_scale` is what a value of 1 means for an axis: radians for
-/// a rotation, metres for a translation. AUs leave it 0.
+/// `sample` prints an axis as its two AUs, each 0 to 1. `full_scale` is what a value of 1 means for an axis: radians
+/// for a rotation, metres for a translation. AUs leave it 0.
 struct Channel {
-  StringId name{};           ///< "AU12L", "AU26", or the axis' name
-  StringId title{};          ///< "Lip Corner Puller"
-  StringId positive{};       ///< axis: name of the AU that + stands for ("AU51"); else 0
-  StringId negative{};       ///< axis: name of the AU that - stands for ("AU52"); else 0
+  StringId name{};      ///< "AU12L", "AU26", or the axis' name
+  StringId title{};     ///< "Lip Corner Puller"
+  StringId positive{};  ///< axis: name of the AU that + stands for ("AU51"); else 0
+  StringId negative{};  ///< axis: name of the AU that - stands for ("AU52"); else 0
   std::uint32_t track = kNone;
-  float full_scale = 0.0F;   ///< [rad] or [m]
-  std::uint16_t au = 0;      ///< FACS number; of an axis: of its positive AU
+  float full_scale = 0.0F;  ///< [rad] or [m]
+  std::uint16_t au = 0;     ///< FACS number; of an axis: of its positive AU
   ChannelKind kind = ChannelKind::action_unit;
   Side side = Side::none;
   Motion motion = Motion::none;
@@ -93,7 +93,8 @@ struct Curve {
 
 enum class ClipKind : std::uint8_t { pose, expression, timeline, entry, utterance, discourse };
 
-/// A thing that can be played. It is defined on [start_ns, end_ns]; start may be negative (a lead before the first sign).
+/// A thing that can be played. It is defined on [start_ns, end_ns]; start may be negative (a lead before the first
+/// sign).
 struct Clip {
   StringId name{};
   ClipKind kind = ClipKind::expression;
@@ -122,10 +123,10 @@ struct Marker {
 
 /// Where a segment came from. The source map holds one index into this table for each knot (or kNone).
 struct Source {
-  StringId file{};          ///< relative path
-  std::uint32_t line = 0;   ///< from 1
-  std::uint32_t column = 0; ///< from 1, in bytes
-  StringId entry{};         ///< the lexicon entry, expression or pose that made it; may be empty
+  StringId file{};           ///< relative path
+  std::uint32_t line = 0;    ///< from 1
+  std::uint32_t column = 0;  ///< from 1, in bytes
+  StringId entry{};          ///< the lexicon entry, expression or pose that made it; may be empty
 };
 
 // ------------------------------------------------------------------------------------------------ rig
@@ -149,46 +150,47 @@ enum class Falloff : std::uint8_t {
 /// Places are landmarks of the face by name, plus an offset in the face's own directions
 /// (x away from the midline on the muscle's side, y up, z forward).
 struct Muscle {
-  StringId name{};             ///< "zygomatic_major_L"
+  StringId name{};  ///< "zygomatic_major_L"
   MuscleKind kind = MuscleKind::linear;
   Side side = Side::none;
   Falloff falloff = Falloff::smooth;
-  Frame frame = Frame::none;   ///< hinge: the frame it moves
-  StringId attachment{};       ///< linear, sheet: `from`; sphincter, bulge: centre; eyelid: eyeball's centre; hinge: axis
-  StringId insertion{};        ///< linear, sheet: `to`; sphincter: end of the major half axis; eyelid: middle of the margin
-  StringId region{};           ///< only points of this region move, times their weight; 0 = all
-  StringId except{};           ///< points of this region do not move (1 - weight); 0 = none
+  Frame frame = Frame::none;  ///< hinge: the frame it moves
+  StringId attachment{};  ///< linear, sheet: `from`; sphincter, bulge: centre; eyelid: eyeball's centre; hinge: axis
+  StringId insertion{};   ///< linear, sheet: `to`; sphincter: end of the major half axis; eyelid: middle of the margin
+  StringId region{};      ///< only points of this region move, times their weight; 0 = all
+  StringId except{};      ///< points of this region do not move (1 - weight); 0 = none
   float attachment_offset[3] = {};  ///< [m]
   float insertion_offset[3] = {};   ///< [m]
-  float angle = 0.0F;          ///< linear: angle of influence; eyelid: turn at full contraction, + down; hinge: turn, + opens [rad]
+  float angle =
+      0.0F;  ///< linear: angle of influence; eyelid: turn at full contraction, + down; hinge: turn, + opens [rad]
   float insertion_radius = 0.0F;      ///< I; 0 = |m|                                                       [m]
   float dissipation_radius = 0.0F;    ///< D; of a sphincter 0                                              [m]
   float perpendicular_radius = 0.0F;  ///< sheet: D perpendicular                                           [m]
-  float major_radius = 0.0F;   ///< sphincter, bulge: half axis along insertion; 0 = |m|                    [m]
-  float minor_radius = 0.0F;   ///< sphincter, bulge: half axis across it                                   [m]
-  float limit = 0.0F;          ///< contraction at full activation, share of |m| (of the way, for a sphincter; of 1 else) [-]
-  float amount = 0.0F;         ///< bulge: push at the centre; sphincter: push forward (protrusion)         [m]
-  float slide[3] = {};         ///< hinge: shift of the frame at full contraction                           [m]
-  float closes = 0.0F;         ///< eyelid: share of the way to the other lid's margin; 0 = `angle` alone   [-]
+  float major_radius = 0.0F;          ///< sphincter, bulge: half axis along insertion; 0 = |m|                    [m]
+  float minor_radius = 0.0F;          ///< sphincter, bulge: half axis across it                                   [m]
+  float limit = 0.0F;   ///< contraction at full activation, share of |m| (of the way, for a sphincter; of 1 else) [-]
+  float amount = 0.0F;  ///< bulge: push at the centre; sphincter: push forward (protrusion)         [m]
+  float slide[3] = {};  ///< hinge: shift of the frame at full contraction                           [m]
+  float closes = 0.0F;  ///< eyelid: share of the way to the other lid's margin; 0 = `angle` alone   [-]
 };
 
 /// An AU drives a muscle by a share of its contraction; many to many. Ordered by channel, then muscle.
 struct Actuation {
   ChannelId channel{};
   MuscleId muscle{};
-  float share = 0.0F;          ///< may exceed 1 only where the source says so; negative relaxes
+  float share = 0.0F;  ///< may exceed 1 only where the source says so; negative relaxes
 };
 
 /// A named place on the face, at rest, in the face's coordinates.
 struct Landmark {
-  StringId name{};             ///< sided ones carry "_L" or "_R"
-  float position[3] = {};      ///< [m]
+  StringId name{};         ///< sided ones carry "_L" or "_R"
+  float position[3] = {};  ///< [m]
 };
 
 /// The face this rig was made for. One at most.
 struct FaceReference {
-  StringId name{};             ///< "ada"
-  StringId surface{};          ///< path of its geometry, relative to the file that declares it
+  StringId name{};     ///< "ada"
+  StringId surface{};  ///< path of its geometry, relative to the file that declares it
 };
 
 static_assert(sizeof(Track) == 8 && sizeof(Channel) == 32 && sizeof(Knot) == 16 && sizeof(Handles) == 8);

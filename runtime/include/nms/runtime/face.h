@@ -47,8 +47,8 @@ struct Skin {
 struct RigidMesh {
   std::string name;
   Frame frame = Frame::head;
-  std::vector<glm::vec3> positions;   ///< at rest, in the face's coordinates  [m]
-  std::vector<glm::vec3> normals;     ///< unit
+  std::vector<glm::vec3> positions;  ///< at rest, in the face's coordinates  [m]
+  std::vector<glm::vec3> normals;    ///< unit
   std::vector<Primitive> primitives;
 };
 
