@@ -1,0 +1,143 @@
+#include "parts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "lids.h"
+#include "surface_through.h"
+
+namespace nms::fit_face {
+
+namespace {
+
+using std::numbers::pi;
+
+constexpr double kEyeball_mm = 15.2;
+constexpr double kCornea_mm = .2;  // above the sphere, fading out at 24 degrees; the lids slide 0.15 mm above that
+
+constexpr int kTeethASide = 7;
+
+// A ring of the eyeball about its axis of view, from one angle off that axis to another. [degrees]
+Shape eye_ring(double from, double to, double bulge) {
+  return [=](double u, double v) {
+    const double a = (from + (to - from) * v) * pi / 180;
+    const double p = -2 * pi * u;
+    const double radius = kEyeball_mm + bulge * (1 - std::pow(a / (24 * pi / 180), 2));
+    return kEyeCentre + radius * glm::dvec3(std::sin(a) * std::cos(p), std::sin(a) * std::sin(p), std::cos(a));
+  };
+}
+
+// The arch that the teeth stand on, from the right (-1) to the left (1), `off` mm outwards. y is 0.
+glm::dvec3 arch(double t, double off) {
+  const double angle = t * 1.28;
+  return {(27.5 + off) * std::sin(angle), 0, 66 + (38 + off) * std::cos(angle)};
+}
+
+// A row of teeth as one sheet: v runs down the front to the edge (at 0.7) and up behind. Between teeth the sheet sinks
+// in and the edge is notched. [mm]
+Shape teeth_row(double gum_y, double edge_y, double setback) {
+  return [=](double u, double v) {
+    const double t = 2 * u - 1;
+    const double tooth = std::abs(t) * kTeethASide - std::floor(std::abs(t) * kTeethASide);
+    const double crown = 1 - std::pow(std::abs(2 * tooth - 1), 6.0);
+    const double towards_edge = edge_y < gum_y ? -1 : 1;
+    const double notch = towards_edge * (1 - crown) * .9;
+    double y = 0;
+    double off = 0;
+    if (v < .7) {
+      const double w = v / .7;
+      y = gum_y + (edge_y - gum_y) * w - notch * w;
+      off = -1.4 + 1.6 * crown * (.35 + .65 * std::sin(3.0 * std::min(1.0, w + .1)));
+    } else {
+      const double w = (v - .7) / .3;
+      y = edge_y + (gum_y - edge_y) * w * .8 - notch;
+      off = -1.4 - 3.5 * w;
+    }
+    glm::dvec3 p = arch(t, off - setback);
+    p.y = y;
+    return p;
+  };
+}
+
+Shape gum(double from_y, double to_y, double setback) {
+  return [=](double u, double v) {
+    glm::dvec3 p = arch(2 * u - 1, .2 - setback + 1.2 * v);
+    p.y = from_y + (to_y - from_y) * v;
+    return p;
+  };
+}
+
+// A body of revolution, flattened, with a furrow along its top; v from the root to the tip. [mm]
+glm::dvec3 tongue(double u, double v) {
+  const double p = 2 * pi * u;
+  const double half_width = 19 * std::sqrt(std::max(0.0, 1 - std::pow(v, 5.0))) + .05;
+  const double half_height = 6.5 * std::sqrt(std::max(0.0, 1 - std::pow(v, 6.0))) + .05;
+  const double furrow = std::cos(p) > 0 ? 1.3 * std::exp(-std::pow(std::sin(p) / .25, 2)) * (1 - v * v) : 0.0;
+  return {half_width * std::sin(p), -43 - 2.5 * v * v + half_height * std::cos(p) - furrow, 52 + 45 * v};
+}
+
+// A bag that is open to the front, behind the lining. [mm]
+glm::dvec3 mouth_bag(double u, double v) {
+  const double p = 2 * pi * u;
+  const double a = v * 2.45;
+  return {31 * std::sin(a) * std::sin(p), -36 + 30 * std::sin(a) * std::cos(p), 71 - 31 * std::cos(a)};
+}
+
+// A dark ellipsoid over the nostril's inner end. [mm]
+Shape nostril_cap(const Model& m) {
+  glm::dvec3 centre(0.0);
+  double top = -1e9;
+  const std::uint32_t end = m.curve("ND");
+  for (int i = 0; i < 16; ++i) {
+    const glm::dvec3 p = m.curve_point(end, i) * kMillimetres;
+    centre += p / 16.0;
+    top = std::max(top, p.y);
+  }
+  return [=](double u, double v) {
+    const double p = -2 * pi * u;
+    const double a = pi * v;
+    return glm::dvec3(centre.x, top, centre.z) +
+           glm::dvec3(6.5 * std::sin(a) * std::cos(p), 5.0 * std::cos(a), 8 * std::sin(a) * std::sin(p));
+  };
+}
+
+}  // namespace
+
+void add_parts(const Model& m, const Materials& materials, runtime::FaceFile& file) {
+  const auto add = [&](runtime::FaceFileSurface s, const char* part, const char* frame, std::uint32_t material,
+                       runtime::SurfaceSamples samples, bool mirrored) {
+    s.part = part;
+    s.frame = frame;
+    s.material = material;
+    s.samples = samples;
+    s.mirrored = mirrored;
+    file.surfaces.push_back(std::move(s));
+  };
+  const auto eye = [&](const char* name, std::uint32_t material, double from, double to, std::size_t spans,
+                       double bulge) {
+    add(surface_through(name, 16, spans, eye_ring(from, to, bulge)), "eyeball_left", "eye_left", material, {2, 2},
+        true);
+  };
+  eye("pupil", materials.pupil, .01, 6.8, 1, kCornea_mm);
+  eye("iris", materials.iris, 6.8, 20.6, 2, kCornea_mm);
+  eye("limbus", materials.limbus, 20.6, 22.6, 1, kCornea_mm);
+  eye("sclera", materials.sclera, 22.6, 150, 6, 0);
+
+  const auto single = [&](const char* name, std::size_t spans_u, std::size_t spans_v, const Shape& shape,
+                          const char* frame, std::uint32_t material, runtime::SurfaceSamples samples) {
+    add(surface_through(name, spans_u, spans_v, shape), name, frame, material, samples, false);
+  };
+  constexpr std::size_t kTeethSpans = 6 * 2 * kTeethASide;
+  single("teeth_upper", kTeethSpans, 8, teeth_row(-22.0, -32.0, .6), "head", materials.teeth, {1, 2});
+  single("teeth_lower", kTeethSpans, 8, teeth_row(-44.5, -34.0, 2.8), "jaw", materials.teeth, {1, 2});
+  single("gums_upper", 20, 2, gum(-24.5, -12, 0), "head", materials.gums, {2, 2});
+  single("gums_lower", 20, 2, gum(-43, -55, 2.2), "jaw", materials.gums, {2, 2});
+  single("tongue", 16, 10, tongue, "jaw", materials.tongue, {2, 2});
+  add(surface_through("nostril_cap", 12, 6, nostril_cap(m)), "nostril_cap_left", "head", materials.dark, {1, 1}, true);
+  single("mouth_bag", 16, 8, mouth_bag, "head", materials.dark, {2, 2});
+}
+
+}  // namespace nms::fit_face

@@ -1,0 +1,82 @@
+#include "shells.h"
+
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+
+#include "model.h"
+#include "surface_through.h"
+
+namespace nms::fit_face {
+
+namespace {
+
+double bump(double x, double centre, double width) { return std::exp(-std::pow((x - centre) / width, 2)); }
+
+// A band from the nose (u = 0) outwards, arched, thinning to its tail; v across it, thickest in its middle. [mm]
+glm::dvec3 brow(const SkinMesh& skin, double u, double v) {
+  const double across = 2 * v - 1;
+  const double x = 10.5 + 49 * u;
+  const double middle = 59.8 + 5.4 * smooth_step(0, .7, u) - 8.5 * smooth_step(.6, 1.05, u);
+  const double half_width =
+      (3.4 + .9 * smooth_step(0, .25, u)) * (1 - .82 * smooth_step(.4, 1, u)) * (.5 + .5 * smooth_step(0, .12, u));
+  const double lift = .15 + .75 * (1 - across * across) * smooth_step(-.1, .12, u) * (1.05 - smooth_step(.8, 1.1, u));
+  const double y = middle + half_width * across;
+  const auto place = skin.cast({x, y, 300}, {0, 0, -1}, SkinMesh::Hit::first);
+  if (!place) fail(fmt::format("the brow hangs beside the face at x {} y {}", x, y));
+  return place->point + place->normal * lift;
+}
+
+// Distance of the skull from the head's centre. Where the ear's hole lets the ray out, that of the nearest vertex.
+double skull_radius(const SkinMesh& skin, const glm::dvec3& centre, const glm::dvec3& direction) {
+  if (const auto hit = skin.cast(centre, direction, SkinMesh::Hit::last)) return glm::length(hit->point - centre);
+  constexpr double kShoulders_mm = -60;  // below this is no head
+  double best = 1e9;
+  double radius = 90;
+  for (const glm::dvec3& p : skin.vertices()) {
+    if (p.y < kShoulders_mm) continue;
+    const double apart = 1 - glm::dot(glm::normalize(p - centre), direction);
+    if (apart >= best) continue;
+    best = apart;
+    radius = glm::length(p - centre);
+  }
+  return radius;
+}
+
+// u goes round from the forehead (0) over the ear (1/2) to the nape (1), v from the hairline up to the crown. [mm]
+glm::dvec3 hair(const SkinMesh& skin, double u, double v) {
+  const glm::dvec3 centre(0, 42, 8);
+  const double azimuth = std::numbers::pi * u;
+  const double front = 1 - smooth_step(.13, .33, u);
+  const double side = smooth_step(.2, .34, u) * (1 - smooth_step(.46, .62, u));
+  const double back = smooth_step(.5, .8, u);
+  double hairline = .68 * front + .16 * (1 - front) * (1 - side) * (1 - back) + side * .14 + back * -.74;
+  hairline += .06 * bump(u, .2, .05);  // recedes at the temple
+  const double elevation = hairline + (std::numbers::pi / 2 - hairline) * v;
+  const glm::dvec3 direction(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
+                             std::cos(azimuth) * std::cos(elevation));
+  const double waves = .5 * std::sin(u * 60) * smooth_step(0, .2, v) * (1 - smooth_step(.6, 1, v));
+  const double lift = .4 + 8.5 * smooth_step(0, .3, v) + 2.5 * smooth_step(.2, .9, v) + waves;
+  return centre + direction * (skull_radius(skin, centre, direction) + lift);
+}
+
+}  // namespace
+
+void add_shells(const SkinMesh& skin, const Materials& materials, runtime::FaceFile& file) {
+  const auto add = [&](runtime::FaceFileSurface s, const char* part, std::uint32_t material) {
+    s.part = part;
+    s.rides = "skin";
+    s.material = material;
+    s.samples = {2, 2};
+    file.surfaces.push_back(std::move(s));
+  };
+  add(surface_through("brow_hair", 16, 4, [&](double u, double v) { return brow(skin, u, v); }), "brow",
+      materials.brow);
+  add(surface_through("hair_cap", 32, 12, [&](double u, double v) { return hair(skin, u, v); }), "hair",
+      materials.hair);
+}
+
+}  // namespace nms::fit_face

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <nms/runtime/face_x3d.h>
+
+#include "model.h"
+
+namespace nms::fit_face {
+
+/// Fills `tint`: blood under cheeks, nose, chin and ears, shade in the sockets, and lashes as a dark seam on the lids'
+/// edges. Lips, lining and nostrils have materials of their own and stay white.
+void add_tint(const Model& model, runtime::FaceFileSurface& surface);
+
+}  // namespace nms::fit_face
