@@ -191,8 +191,7 @@ class SceneReader {
     if (auto f = numbers(node, attribute, 1, n)) return f;
     if (n.size() != 1 || n[0] != std::floor(n[0]) || n[0] < static_cast<double>(low) ||
         n[0] > static_cast<double>(high)) {
-      return bad_surface(node, fmt::format("{} is not a whole number from {} to {}", attribute, low, high),
-                         "give it");
+      return bad_surface(node, fmt::format("{} is not a whole number from {} to {}", attribute, low, high), "give it");
     }
     out = static_cast<std::size_t>(n[0]);
     return std::nullopt;
@@ -249,7 +248,8 @@ class SceneReader {
                          "give three coordinates for each of the control points");
     }
     points_read_ += count;
-    if (points_read_ > limits_.control_points) return too_large(fmt::format("more than {} control points", limits_.control_points));
+    if (points_read_ > limits_.control_points)
+      return too_large(fmt::format("more than {} control points", limits_.control_points));
     out.reserve(count);
     for (std::size_t i = 0; i < count; ++i) out.emplace_back(n[3 * i], n[3 * i + 1], n[3 * i + 2]);
     return std::nullopt;
@@ -260,7 +260,8 @@ class SceneReader {
     if (auto f = numbers(node, attribute, count + 32, out)) return f;
     if (out.empty()) out = clamped_uniform_knots(degree, count - static_cast<std::size_t>(degree));
     if (auto fault = knot_fault(out, degree, count)) {
-      return bad_surface(node, fmt::format("{}: {}", attribute, *fault), "give control points + order knots that never fall");
+      return bad_surface(node, fmt::format("{}: {}", attribute, *fault),
+                         "give control points + order knots that never fall");
     }
     return std::nullopt;
   }
@@ -325,7 +326,8 @@ class SceneReader {
         const auto words = strings(metadata(set, key));
         CurveEnd& end = out_.file.curves[i].curve.ends[e];
         if (words.size() == 2 && words[0] == "node") {
-          const auto [found, fresh] = node_index.try_emplace(words[1], static_cast<std::uint32_t>(out_.file.nodes.size()));
+          const auto [found, fresh] =
+              node_index.try_emplace(words[1], static_cast<std::uint32_t>(out_.file.nodes.size()));
           if (fresh) out_.file.nodes.push_back(words[1]);
           end.node = found->second;
         } else if (words.size() == 2 && words[0] == "curve" && curve_index_.count(words[1]) > 0) {
@@ -491,7 +493,8 @@ class SceneReader {
       if (auto f = integer(node, "vOrder", 2, kMaxNurbsDegree + 1, order_v)) return f;
     }
     if (nu < order_u || nv < order_v) {
-      return bad_surface(node, "there are fewer control points than the order", "raise the dimension or lower the order");
+      return bad_surface(node, "there are fewer control points than the order",
+                         "raise the dimension or lower the order");
     }
     if (nu * nv > limits_.control_points) return too_large(fmt::format("{} x {} control points", nu, nv));
     g.degree_u = static_cast<int>(order_u) - 1;
@@ -532,7 +535,8 @@ class SceneReader {
     }
     if (auto f = numbers(metadata(set, "tint"), "value", 3 * count, n)) return f;
     if (!n.empty()) {
-      if (n.size() != 3 * count) return bad_surface(node, "tint and control points differ in number", "give three numbers for each");
+      if (n.size() != 3 * count)
+        return bad_surface(node, "tint and control points differ in number", "give three numbers for each");
       for (std::size_t i = 0; i < count; ++i) {
         s.tint.emplace_back(static_cast<float>(std::clamp(n[3 * i], 0.0, 1.0)),
                             static_cast<float>(std::clamp(n[3 * i + 1], 0.0, 1.0)),
@@ -542,7 +546,8 @@ class SceneReader {
     if (auto f = regions(node, set, count, s.regions)) return f;
     const pugi::xml_node sides_node = metadata(set, "sides");
     if (!sides_node) return std::nullopt;
-    if (!g.weights.empty()) return bad_surface(node, "a surface with border curves is rational", "leave its weights out");
+    if (!g.weights.empty())
+      return bad_surface(node, "a surface with border curves is rational", "leave its weights out");
     const auto words = strings(sides_node);
     std::vector<double> from, to;
     if (auto f = numbers(metadata(set, "side_from"), "value", 4, from)) return f;
@@ -694,9 +699,15 @@ class FaceBuilder {
     }
     for (const PointOwner& o : seams_.points) {
       switch (o.kind) {
-        case PointOwner::Kind::node: rest_.push_back(nodes[o.owner]); break;
-        case PointOwner::Kind::curve: rest_.push_back(file_.curves[o.owner].points[o.index]); break;
-        case PointOwner::Kind::surface: rest_.push_back(file_.surfaces[file_index_[o.owner]].points[o.index]); break;
+        case PointOwner::Kind::node:
+          rest_.push_back(nodes[o.owner]);
+          break;
+        case PointOwner::Kind::curve:
+          rest_.push_back(file_.curves[o.owner].points[o.index]);
+          break;
+        case PointOwner::Kind::surface:
+          rest_.push_back(file_.surfaces[file_index_[o.owner]].points[o.index]);
+          break;
       }
     }
     const auto apart = [&](const std::string& what, const std::vector<Row>& rows,
@@ -711,7 +722,8 @@ class FaceBuilder {
       return std::nullopt;
     };
     for (std::size_t c = 0; c < file_.curves.size(); ++c) {
-      if (auto f = apart(fmt::format("curve '{}'", net_.curves[c].name), seams_.curves[c], file_.curves[c].points)) return f;
+      if (auto f = apart(fmt::format("curve '{}'", net_.curves[c].name), seams_.curves[c], file_.curves[c].points))
+        return f;
     }
     for (std::size_t s = 0; s < net_.surfaces.size(); ++s) {
       if (auto f = apart(fmt::format("surface '{}'", net_.surfaces[s].name), seams_.surfaces[s],
@@ -724,8 +736,8 @@ class FaceBuilder {
 
   bool mirrors(std::size_t transform) const { return glm::determinant(glm::dmat3(scene_.transforms[transform])) < 0.0; }
 
-  // Independent points of the whole face. Those that one transform leaves where the first put them are shared; they come
-  // first, so that a row and its mirror image run in the same order and sum to the same bits.
+  // Independent points of the whole face. Those that one transform leaves where the first put them are shared; they
+  // come first, so that a row and its mirror image run in the same order and sum to the same bits.
   void number_points() {
     const std::size_t transforms = scene_.transforms.size();
     std::vector<std::vector<char>> used(transforms, std::vector<char>(seams_.points.size(), 0));
@@ -753,7 +765,8 @@ class FaceBuilder {
     for (std::size_t p = 0; p < seams_.points.size(); ++p) {
       if (!used[first_][p]) continue;
       for (std::size_t t = first_ + 1; t < transforms; ++t) {
-        if (!used[t][p] || apply(scene_.transforms[t], rest_[p]) != apply(scene_.transforms[first_], rest_[p])) continue;
+        if (!used[t][p] || apply(scene_.transforms[t], rest_[p]) != apply(scene_.transforms[first_], rest_[p]))
+          continue;
         if (point_id_[first_][p] == kNoIndex) point_id_[first_][p] = add(first_, p);
         point_id_[t][p] = point_id_[first_][p];
         shared_[p] = 1;
@@ -805,8 +818,8 @@ class FaceBuilder {
     glm::dvec3 sum{0.0};
     for (int j = 0; j <= bv.degree; ++j) {
       for (int i = 0; i <= bu.degree; ++i) {
-        const std::size_t k = bu.first + static_cast<std::size_t>(i) +
-                              s.geometry.count_u() * (bv.first + static_cast<std::size_t>(j));
+        const std::size_t k =
+            bu.first + static_cast<std::size_t>(i) + s.geometry.count_u() * (bv.first + static_cast<std::size_t>(j));
         sum += bu.value[i] * bv.value[j] * glm::dvec3(s.tint[k]);
       }
     }
@@ -815,8 +828,8 @@ class FaceBuilder {
 
   void add_triangles(std::uint32_t material, const std::vector<std::uint32_t>& triangles,
                      const std::vector<std::uint32_t>& id, bool flip, std::vector<Primitive>& primitives) const {
-    auto found = std::find_if(primitives.begin(), primitives.end(),
-                              [&](const Primitive& p) { return p.material == material; });
+    auto found =
+        std::find_if(primitives.begin(), primitives.end(), [&](const Primitive& p) { return p.material == material; });
     if (found == primitives.end()) {
       primitives.push_back({material, {}});
       found = primitives.end() - 1;
@@ -866,7 +879,8 @@ class FaceBuilder {
     net.surfaces.push_back(surface.geometry);
     net.surfaces[0].sides.reset();
     const std::vector<SurfaceSamples> samples{samples_of(surface)};
-    if (const double bound = vertex_bound(net, samples); !(bound <= 8.0 * settings_.max_vertices)) return too_large(bound);
+    if (const double bound = vertex_bound(net, samples); !(bound <= 8.0 * settings_.max_vertices))
+      return too_large(bound);
     auto seams = build_seams(net);
     if (!seams) return std::move(seams).error();
     shell.mesh = tessellate(net, *seams, samples);
@@ -874,7 +888,8 @@ class FaceBuilder {
     std::vector<std::array<std::uint32_t, 3>> base;
     for (const SurfaceUse& other : scene_.uses) {
       const std::uint32_t s = net_index_[other.surface];
-      if (s == kNoIndex || other.transform != use.transform || file_.surfaces[other.surface].part != surface.rides) continue;
+      if (s == kNoIndex || other.transform != use.transform || file_.surfaces[other.surface].part != surface.rides)
+        continue;
       const auto& t = mesh_.triangles[s];
       for (std::size_t i = 0; i + 2 < t.size(); i += 3) base.push_back({t[i], t[i + 1], t[i + 2]});
     }
@@ -902,7 +917,8 @@ class FaceBuilder {
       const auto attempt = [&](std::size_t i) {
         const glm::dvec3 w =
             nearest_on_triangle(p, positions[base[i][0]], positions[base[i][1]], positions[base[i][2]]);
-        const glm::dvec3 d = w.x * positions[base[i][0]] + w.y * positions[base[i][1]] + w.z * positions[base[i][2]] - p;
+        const glm::dvec3 d =
+            w.x * positions[base[i][0]] + w.y * positions[base[i][1]] + w.z * positions[base[i][2]] - p;
         if (glm::dot(d, d) < best) {
           best = glm::dot(d, d);
           weights = w;
@@ -947,7 +963,8 @@ class FaceBuilder {
           }
         }
         const glm::dvec3 offset = turn * shell.offsets[v];
-        if (!shell.first.empty() && is_shared(shell.rows[v], use.transform) && offset == first_turn * shell.offsets[v]) {
+        if (!shell.first.empty() && is_shared(shell.rows[v], use.transform) &&
+            offset == first_turn * shell.offsets[v]) {
           ids.push_back(shell.first[v]);
           continue;
         }
@@ -956,7 +973,8 @@ class FaceBuilder {
       }
       if (use.transform == first_) shell.first = ids;
       add_triangles(surface.material, shell.mesh.triangles[0], ids, mirrors(use.transform), face_.skin.primitives);
-      if (face_.skin.offsets.size() > settings_.max_vertices) return too_large(static_cast<double>(face_.skin.offsets.size()));
+      if (face_.skin.offsets.size() > settings_.max_vertices)
+        return too_large(static_cast<double>(face_.skin.offsets.size()));
     }
     return std::nullopt;
   }
@@ -978,7 +996,8 @@ class FaceBuilder {
         mesh->frame = frame;
       }
       const NetSurface& g = surface.geometry;
-      const NurbsSurface nurbs{g.degree_u, g.degree_v, g.count_u(), g.count_v(), g.knots_u, g.knots_v, surface.points, g.weights};
+      const NurbsSurface nurbs{g.degree_u, g.degree_v, g.count_u(),    g.count_v(),
+                               g.knots_u,  g.knots_v,  surface.points, g.weights};
       const SurfaceSamples n = samples_of(surface);
       total += (static_cast<double>(g.count_u()) * n.u + 1) * (static_cast<double>(g.count_v()) * n.v + 1);
       if (!(total <= settings_.max_vertices)) return too_large(total);
@@ -1052,7 +1071,8 @@ class FaceBuilder {
       for (const FaceFileCurve& c : file_.curves) {
         for (std::size_t e = 0; e < 2; ++e) {
           if (c.curve.ends[e].node == kNoIndex) continue;
-          for (const auto& [name, weights] : c.regions) put(name, c.curve.ends[e].node, e == 0 ? weights.front() : weights.back());
+          for (const auto& [name, weights] : c.regions)
+            put(name, c.curve.ends[e].node, e == 0 ? weights.front() : weights.back());
         }
       }
     }
@@ -1073,12 +1093,12 @@ class FaceBuilder {
   SurfaceNet net_;
   Seams seams_;
   NetMesh mesh_;
-  std::vector<std::uint32_t> net_index_;   // of a file's surface
-  std::vector<std::size_t> file_index_;    // of a net's surface
-  std::vector<glm::dvec3> rest_;           // x in the net's own coordinates
-  std::vector<std::vector<char>> shown_;                  // [transform][net vertex]
-  std::vector<std::vector<std::uint32_t>> point_id_;      // [transform][net point]
-  std::vector<std::vector<std::uint32_t>> vertex_id_;     // [transform][net vertex]
+  std::vector<std::uint32_t> net_index_;               // of a file's surface
+  std::vector<std::size_t> file_index_;                // of a net's surface
+  std::vector<glm::dvec3> rest_;                       // x in the net's own coordinates
+  std::vector<std::vector<char>> shown_;               // [transform][net vertex]
+  std::vector<std::vector<std::uint32_t>> point_id_;   // [transform][net point]
+  std::vector<std::vector<std::uint32_t>> vertex_id_;  // [transform][net vertex]
   std::vector<char> shared_;
   std::size_t first_ = 0;
   Face face_;
@@ -1097,7 +1117,9 @@ class Writer {
     line("<head>");
     line("<component name='NURBS' level='1'/>");
     line(fmt::format("<meta name='title' content='{}'/>", escaped(file_.title)));
-    line("<meta name='description' content='Metres; +x the left of the person shown, +y up, +z forward. Border curves own the seams.'/>");
+    line(
+        "<meta name='description' content='Metres; +x the left of the person shown, +y up, +z forward. Border curves "
+        "own the seams.'/>");
     line("</head>");
     line("<Scene>");
     line("<Switch whichChoice='-1'>");
@@ -1121,11 +1143,16 @@ class Writer {
   static std::string escaped(const std::string& text) {
     std::string out;
     for (const char c : text) {
-      if (c == '&') out += "&amp;";
-      else if (c == '<') out += "&lt;";
-      else if (c == '\'') out += "&apos;";
-      else if (c == '"') out += "&quot;";
-      else out += c;
+      if (c == '&')
+        out += "&amp;";
+      else if (c == '<')
+        out += "&lt;";
+      else if (c == '\'')
+        out += "&apos;";
+      else if (c == '"')
+        out += "&quot;";
+      else
+        out += c;
     }
     return out;
   }
@@ -1172,13 +1199,15 @@ class Writer {
   }
 
   void curve(const FaceFileCurve& c) {
-    line(fmt::format("<Shape><NurbsCurve DEF='{}' order='{}' knot='{}'>", c.curve.name, c.curve.degree + 1, list(c.curve.knots, 6)));
+    line(fmt::format("<Shape><NurbsCurve DEF='{}' order='{}' knot='{}'>", c.curve.name, c.curve.degree + 1,
+                     list(c.curve.knots, 6)));
     line("<MetadataSet containerField='metadata' name='curve'>");
     for (std::size_t e = 0; e < 2; ++e) {
       const CurveEnd& end = c.curve.ends[e];
       const char* key = e == 0 ? "start" : "end";
       if (end.node != kNoIndex) {
-        line(fmt::format("<MetadataString containerField='value' name='{}' value='\"node\" \"{}\"'/>", key, file_.nodes[end.node]));
+        line(fmt::format("<MetadataString containerField='value' name='{}' value='\"node\" \"{}\"'/>", key,
+                         file_.nodes[end.node]));
         continue;
       }
       line(fmt::format("<MetadataString containerField='value' name='{}' value='\"curve\" \"{}\"'/>", key,
@@ -1204,19 +1233,23 @@ class Writer {
           "name='look'><MetadataFloat containerField='value' name='roughness' value='{}'/></MetadataSet></Material>",
           m.name, number(srgb_of(static_cast<double>(m.base_color.r)), 4),
           number(srgb_of(static_cast<double>(m.base_color.g)), 4),
-          number(srgb_of(static_cast<double>(m.base_color.b)), 4),
-          number(1.0 - static_cast<double>(m.base_color.a), 3), number(static_cast<double>(m.roughness), 3));
+          number(srgb_of(static_cast<double>(m.base_color.b)), 4), number(1.0 - static_cast<double>(m.base_color.a), 3),
+          number(static_cast<double>(m.roughness), 3));
     }
     line("</Appearance>");
-    out_ += fmt::format("<NurbsPatchSurface DEF='{}' uDimension='{}' vDimension='{}' uOrder='{}' vOrder='{}' uKnot='{}' vKnot='{}'",
-                        g.name, g.count_u(), g.count_v(), g.degree_u + 1, g.degree_v + 1, list(g.knots_u, 6), list(g.knots_v, 6));
+    out_ += fmt::format(
+        "<NurbsPatchSurface DEF='{}' uDimension='{}' vDimension='{}' uOrder='{}' vOrder='{}' uKnot='{}' vKnot='{}'",
+        g.name, g.count_u(), g.count_v(), g.degree_u + 1, g.degree_v + 1, list(g.knots_u, 6), list(g.knots_v, 6));
     if (!g.weights.empty()) out_ += fmt::format(" weight='{}'", list(g.weights, 9));
     line(fmt::format(" solid='{}'>", m.double_sided ? "false" : "true"));
     line("<MetadataSet containerField='metadata' name='surface'>");
     line(fmt::format("<MetadataString containerField='value' name='part' value='\"{}\"'/>", s.part));
-    if (!s.frame.empty()) line(fmt::format("<MetadataString containerField='value' name='frame' value='\"{}\"'/>", s.frame));
-    if (!s.rides.empty()) line(fmt::format("<MetadataString containerField='value' name='rides' value='\"{}\"'/>", s.rides));
-    line(fmt::format("<MetadataInteger containerField='value' name='samples' value='{} {}'/>", s.samples.u, s.samples.v));
+    if (!s.frame.empty())
+      line(fmt::format("<MetadataString containerField='value' name='frame' value='\"{}\"'/>", s.frame));
+    if (!s.rides.empty())
+      line(fmt::format("<MetadataString containerField='value' name='rides' value='\"{}\"'/>", s.rides));
+    line(fmt::format("<MetadataInteger containerField='value' name='samples' value='{} {}'/>", s.samples.u,
+                     s.samples.v));
     if (g.sides) {
       std::string names;
       std::vector<double> from, to;

@@ -44,9 +44,12 @@ TEST(FaceX3d, HostileFilesAreRefused) {
   EXPECT_EQ(kind(scene(plain("uDimension='1000000' vDimension='1000000'"))), "face_too_large");
   EXPECT_EQ(kind(scene(plain("uDimension='-2' vDimension='2'"))), "face_bad_surface");
   EXPECT_EQ(kind(scene(plain("vDimension='2'"))), "face_bad_surface");
-  EXPECT_EQ(kind(scene(plain("uDimension='2' vDimension='2' uOrder='2' vOrder='2' uKnot='0 0 nan 1'"))), "face_bad_number");
-  EXPECT_EQ(kind(scene(plain("uDimension='2' vDimension='2' uOrder='2' vOrder='2' uKnot='1 1 0 0'"))), "face_bad_surface");
-  EXPECT_EQ(kind(scene(plain("uDimension='2' vDimension='2' uOrder='2' vOrder='2' weight='1 1 0 1'"))), "face_bad_surface");
+  EXPECT_EQ(kind(scene(plain("uDimension='2' vDimension='2' uOrder='2' vOrder='2' uKnot='0 0 nan 1'"))),
+            "face_bad_number");
+  EXPECT_EQ(kind(scene(plain("uDimension='2' vDimension='2' uOrder='2' vOrder='2' uKnot='1 1 0 0'"))),
+            "face_bad_surface");
+  EXPECT_EQ(kind(scene(plain("uDimension='2' vDimension='2' uOrder='2' vOrder='2' weight='1 1 0 1'"))),
+            "face_bad_surface");
   EXPECT_EQ(kind(scene(plain("uDimension='2' vDimension='2' uOrder='2' vOrder='2'", "0 0 0, 1 0 inf, 0 1 0, 1 1 0"))),
             "face_bad_number");
   EXPECT_EQ(kind(scene(plain("uDimension='2' vDimension='2' uOrder='2' vOrder='2'", "0 0 0"))), "face_bad_surface");

@@ -258,11 +258,16 @@ class Builder {
     for (std::size_t v = 0; v < nv; ++v) {
       for (std::size_t u = 0; u < nu; ++u) {
         Row& row = rows[u + nu * v];
-        if (v == 0) row = border[0][u];
-        else if (u + 1 == nu) row = border[1][v];
-        else if (v + 1 == nv) row = border[2][nu - 1 - u];
-        else if (u == 0) row = border[3][nv - 1 - v];
-        else row = add_point(PointOwner::Kind::surface, index, u + nu * v);
+        if (v == 0)
+          row = border[0][u];
+        else if (u + 1 == nu)
+          row = border[1][v];
+        else if (v + 1 == nv)
+          row = border[2][nu - 1 - u];
+        else if (u == 0)
+          row = border[3][nv - 1 - v];
+        else
+          row = add_point(PointOwner::Kind::surface, index, u + nu * v);
       }
     }
     return std::nullopt;
@@ -292,8 +297,10 @@ Row combine(std::span<const Row* const> rows, std::span<const double> weights) {
   std::stable_sort(all.begin(), all.end(), [](const RowEntry& a, const RowEntry& b) { return a.point < b.point; });
   Row out;
   for (const RowEntry& e : all) {
-    if (!out.empty() && out.back().point == e.point) out.back().weight += e.weight;
-    else out.push_back(e);
+    if (!out.empty() && out.back().point == e.point)
+      out.back().weight += e.weight;
+    else
+      out.push_back(e);
   }
   out.erase(std::remove_if(out.begin(), out.end(), [](const RowEntry& e) { return e.weight == 0.0; }), out.end());
   return out;

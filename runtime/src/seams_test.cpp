@@ -1,9 +1,9 @@
 #include <map>
 #include <random>
 
+#include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
-#include <gtest/gtest.h>
 
 #include <nms/runtime/nurbs.h>
 #include <nms/runtime/seams.h>

@@ -44,8 +44,10 @@ class Tessellator {
     sample_curves();
     mesh_.triangles.resize(net_.surfaces.size());
     for (std::uint32_t s = 0; s < net_.surfaces.size(); ++s) {
-      if (net_.surfaces[s].sides) with_sides(s);
-      else plain(s);
+      if (net_.surfaces[s].sides)
+        with_sides(s);
+      else
+        plain(s);
     }
     return std::move(mesh_);
   }
@@ -113,8 +115,8 @@ class Tessellator {
     }
     const auto [found, fresh] = made_.try_emplace({owner.node, owner.curve, key}, 0);
     if (fresh) {
-      found->second = add(owner.curve == kNoIndex ? Row{{owner.node, 1.0}} : curve_row(net_, seams_, owner.curve, key),
-                          place);
+      found->second =
+          add(owner.curve == kNoIndex ? Row{{owner.node, 1.0}} : curve_row(net_, seams_, owner.curve, key), place);
     }
     return found->second;
   }

@@ -28,9 +28,9 @@ struct BasisValues {
 
 struct NurbsCurve {
   int degree = 3;
-  std::vector<double> knots;        ///< points.size() + degree + 1
-  std::vector<glm::dvec3> points;   ///< control points                       [m]
-  std::vector<double> weights;      ///< one for each point, or empty: all 1
+  std::vector<double> knots;       ///< points.size() + degree + 1
+  std::vector<glm::dvec3> points;  ///< control points                       [m]
+  std::vector<double> weights;     ///< one for each point, or empty: all 1
 };
 
 struct NurbsSurface {
@@ -38,10 +38,10 @@ struct NurbsSurface {
   int degree_v = 3;
   std::size_t count_u = 0;
   std::size_t count_v = 0;
-  std::vector<double> knots_u;      ///< count_u + degree_u + 1
-  std::vector<double> knots_v;      ///< count_v + degree_v + 1
-  std::vector<glm::dvec3> points;   ///< count_u * count_v, u runs fastest, as in X3D    [m]
-  std::vector<double> weights;      ///< one for each point, or empty: all 1
+  std::vector<double> knots_u;     ///< count_u + degree_u + 1
+  std::vector<double> knots_v;     ///< count_v + degree_v + 1
+  std::vector<glm::dvec3> points;  ///< count_u * count_v, u runs fastest, as in X3D    [m]
+  std::vector<double> weights;     ///< one for each point, or empty: all 1
 };
 
 struct CurveSample {
@@ -55,8 +55,8 @@ struct SurfaceSample {
   glm::dvec3 dv;  ///< dS/dv; outside is where cross(du, dv) points
 };
 
-/// What is wrong with a knot vector, or nothing: wrong length, falling, not finite, an empty domain, or an inner knot of
-/// a multiplicity above the degree (the curve would fall apart).
+/// What is wrong with a knot vector, or nothing: wrong length, falling, not finite, an empty domain, or an inner knot
+/// of a multiplicity above the degree (the curve would fall apart).
 std::optional<std::string> knot_fault(std::span<const double> knots, int degree, std::size_t point_count);
 
 /// 0 .. spans in steps of 1, ends repeated degree + 1 times.

@@ -90,9 +90,9 @@ struct PointOwner {
 
 /// The matrix S by rows, for every control point of every curve and surface.
 struct Seams {
-  std::vector<PointOwner> points;           ///< one for each independent point
-  std::vector<std::vector<Row>> curves;     ///< [curve][control point]
-  std::vector<std::vector<Row>> surfaces;   ///< [surface][control point], u fastest
+  std::vector<PointOwner> points;          ///< one for each independent point
+  std::vector<std::vector<Row>> curves;    ///< [curve][control point]
+  std::vector<std::vector<Row>> surfaces;  ///< [surface][control point], u fastest
 };
 
 /// Builds S. A net that contradicts itself is refused: "bad_knots", "missing_curve", "curve_cycle", "open_border",

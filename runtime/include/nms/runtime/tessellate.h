@@ -9,7 +9,7 @@
 namespace nms::runtime {
 
 struct TessellationSettings {
-  double density = 1.0;              ///< factor on every surface's own samples per span, (0, 16]
+  double density = 1.0;                  ///< factor on every surface's own samples per span, (0, 16]
   std::uint32_t max_vertices = 400'000;  ///< a file that asks for more is refused
 };
 
@@ -28,12 +28,12 @@ struct VertexPlace {
 
 /// Triangles of a net. Vertices are rows over the independent points: T = B S.
 ///
-/// A vertex on a curve is made once, from the curve, and shared by index by all surfaces there; inside each surface lies
-/// a regular grid, and a zipper strip joins its rim to the curves' vertices, so neighbours may differ in density.
+/// A vertex on a curve is made once, from the curve, and shared by index by all surfaces there; inside each surface
+/// lies a regular grid, and a zipper strip joins its rim to the curves' vertices, so neighbours may differ in density.
 struct NetMesh {
   std::vector<Row> vertices;
-  std::vector<VertexPlace> places;                      ///< one for each vertex
-  std::vector<std::vector<std::uint32_t>> triangles;    ///< [surface], counter-clockwise seen from cross(du, dv)
+  std::vector<VertexPlace> places;                    ///< one for each vertex
+  std::vector<std::vector<std::uint32_t>> triangles;  ///< [surface], counter-clockwise seen from cross(du, dv)
 };
 
 /// How many vertices tessellate() makes at most; cheap, and safe for any numbers.
