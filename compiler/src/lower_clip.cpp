@@ -175,7 +175,10 @@ class UtteranceLowering {
     }
   }
 
-  void use(const Declaration& e, NodeRef call, const Span& span, NodeRef options) {
+  /// @param label  what the author calls the entry here
+  void use(const Declaration& e, std::string_view label, NodeRef call, const Span& span, NodeRef options) {
+    clip_.markers.push_back({span.start_ns, std::string(label), program::MarkerKind::use_start});
+    clip_.markers.push_back({span.end_ns, std::string(label), program::MarkerKind::use_end});
     const NodeRef params = e.node.child(NodeKind::params);
     double intensity = 1.0;
     std::optional<Scope> inner;
@@ -229,7 +232,7 @@ class UtteranceLowering {
                         UnknownName{"entry", std::string(b.label), evaluator_.similar(b.label, known)});
       return;
     }
-    use(*e, b.node, bracket_span(b), b.node.child(NodeKind::options));
+    use(*e, b.label, b.node, bracket_span(b), b.node.child(NodeKind::options));
   }
 
   void fire_for_signs() {
@@ -240,7 +243,7 @@ class UtteranceLowering {
       if (!gloss) continue;
       for (std::uint32_t i = 0; i < tier_.main_count(); ++i)
         if (tier_.signs[i].gloss == unquoted(gloss))
-          use(*e, {}, {tier_.signs[i].start_ns, tier_.signs[i].end_ns, i, i}, {});
+          use(*e, e->name, {}, {tier_.signs[i].start_ns, tier_.signs[i].end_ns, i, i}, {});
     }
   }
 
@@ -313,7 +316,8 @@ class UtteranceLowering {
     }
     if (const NodeRef fill = item.child(NodeKind::fill))
       evaluator_.report(scope_, fill, UnknownProperty{"fill", "the use of an entry", {}});
-    use(*e, call, span, item.child(NodeKind::options));
+    use(*e, (call ? call.at(0) : item.child(NodeKind::sum).at(0).at(0)).text(), call, span,
+        item.child(NodeKind::options));
   }
 
   void component(NodeRef item, const PlacementContext& context) {

@@ -111,9 +111,21 @@ struct Clip {
   std::uint64_t content_hash = 0;  ///< XXH3-64 over all that the clip's declaration depends on
 };
 
-enum class MarkerKind : std::uint8_t { mark, sign_start, stroke_end, sign_end, onset, apex, offset, release };
+enum class MarkerKind : std::uint8_t {
+  mark,
+  sign_start,
+  stroke_end,  ///< what follows, up to the sign's end, is its hold
+  sign_end,
+  onset,
+  apex,
+  offset,
+  release,
+  use_start,  ///< of an entry over a span of an utterance, without its leads and lags
+  use_end,
+};
 
 /// A named moment of a clip; a clip's markers ascend in time.
+/// Starts and ends pair by name, the first to start is the first to end. At the same time the outer use stands first.
 struct Marker {
   std::int64_t time_ns = 0;
   StringId name{};
