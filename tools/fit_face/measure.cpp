@@ -39,39 +39,46 @@ using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
 Edge edge(std::uint32_t a, std::uint32_t b) { return std::minmax(a, b); }
 
-// Quads inside the left lids' edges: flooded from where the lids' backs end.
-std::vector<char> socket_quads(const Scan& scan, const Layout& layout) {
-  std::set<Edge> lids;
-  std::set<std::uint32_t> deep;
+// Curves behind which the face has nothing of the scan's: pockets, closed by parts or by rule.
+constexpr std::array<const char*, 5> kPocketRims = {"Lu", "Ll", "margin", "ND", "EC"};
+
+// The quads of the half x >= 0 that the face follows: all that hang together once the pockets' rims are cut.
+std::vector<char> followed_quads(const Scan& scan, const Layout& layout) {
+  std::set<Edge> rims;
   for (const LayoutCurve& c : layout.curves) {
-    if (c.name == "Du" || c.name == "Dl") deep.insert(c.vertices.begin(), c.vertices.end());
-    if (c.name != "Lu" && c.name != "Ll") continue;
-    for (std::size_t i = 0; i + 1 < c.vertices.size(); ++i) lids.insert(edge(c.vertices[i], c.vertices[i + 1]));
+    if (std::find(kPocketRims.begin(), kPocketRims.end(), c.name) == kPocketRims.end()) continue;
+    for (std::size_t i = 0; i + 1 < c.vertices.size(); ++i) rims.insert(edge(c.vertices[i], c.vertices[i + 1]));
   }
   std::map<Edge, std::vector<std::uint32_t>> by_edge;
-  std::vector<std::uint32_t> stack;
-  std::vector<char> inside(scan.quads.size(), 0);
+  std::vector<char> seen(scan.quads.size(), 0);
   for (std::uint32_t q = 0; q < scan.quads.size(); ++q) {
-    for (std::size_t k = 0; k < 4; ++k) by_edge[edge(scan.quads[q][k], scan.quads[q][(k + 1) % 4])].push_back(q);
-    if (std::any_of(scan.quads[q].begin(), scan.quads[q].end(), [&](std::uint32_t v) { return deep.count(v) > 0; })) {
-      inside[q] = 1;
-      stack.push_back(q);
+    for (std::size_t k = 0; k < 4; ++k) {
+      by_edge[edge(scan.quads[q][k], scan.quads[q][(k + 1) % 4])].push_back(q);
+      if (scan.positions[scan.quads[q][k]].x < kMidline) seen[q] = 1;
     }
   }
-  while (!stack.empty()) {
-    const auto quad = scan.quads[stack.back()];
-    stack.pop_back();
-    for (std::size_t k = 0; k < 4; ++k) {
-      const Edge e = edge(quad[k], quad[(k + 1) % 4]);
-      if (lids.count(e) > 0) continue;
-      for (const std::uint32_t next : by_edge[e]) {
-        if (inside[next]) continue;
-        inside[next] = 1;
-        stack.push_back(next);
+  std::vector<std::uint32_t> largest;
+  for (std::uint32_t seed = 0; seed < scan.quads.size(); ++seed) {
+    if (seen[seed]) continue;
+    std::vector<std::uint32_t> together{seed};
+    seen[seed] = 1;
+    for (std::size_t i = 0; i < together.size(); ++i) {
+      const auto quad = scan.quads[together[i]];
+      for (std::size_t k = 0; k < 4; ++k) {
+        const Edge e = edge(quad[k], quad[(k + 1) % 4]);
+        if (rims.count(e) > 0) continue;
+        for (const std::uint32_t next : by_edge[e]) {
+          if (seen[next]) continue;
+          seen[next] = 1;
+          together.push_back(next);
+        }
       }
     }
+    if (together.size() > largest.size()) largest = std::move(together);
   }
-  return inside;
+  std::vector<char> followed(scan.quads.size(), 0);
+  for (const std::uint32_t q : largest) followed[q] = 1;
+  return followed;
 }
 
 // Vertices of the scan's open edges: the cut through the bust.
@@ -122,20 +129,20 @@ Figures measure(const Scan& scan, const Layout& layout, const runtime::Face& fac
   }
   const TriangleTree surface(skin, triangles);
 
-  const std::vector<char> socket = socket_quads(scan, layout);
+  const std::vector<char> followed = followed_quads(scan, layout);
   const std::set<std::uint32_t> bust = border(scan);
   std::vector<Triangle> scan_triangles;
   std::vector<char> left_out;
-  std::vector<char> outside(scan.positions.size(), 0);
+  std::vector<char> on_face(scan.positions.size(), 0);
   for (std::uint32_t q = 0; q < scan.quads.size(); ++q) {
     const auto& quad = scan.quads[q];
     const bool at_bust = std::any_of(quad.begin(), quad.end(), [&](std::uint32_t v) { return bust.count(v) > 0; });
     for (const std::size_t k : {std::size_t{1}, std::size_t{2}}) {
       scan_triangles.push_back({quad[0], quad[k], quad[k + 1]});
-      left_out.push_back(socket[q] || at_bust);
+      left_out.push_back(!followed[q] || at_bust);
     }
-    if (!socket[q]) {
-      for (const std::uint32_t v : quad) outside[v] = 1;
+    if (followed[q]) {
+      for (const std::uint32_t v : quad) on_face[v] = 1;
     }
   }
   const TriangleTree original(scan.positions, scan_triangles);
@@ -143,7 +150,7 @@ Figures measure(const Scan& scan, const Layout& layout, const runtime::Face& fac
   Figures f;
   std::vector<double> distances;
   for (std::uint32_t v = 0; v < std::min<std::size_t>(kFaceVertices, scan.positions.size()); ++v) {
-    if (!outside[v] || scan.positions[v].x < kMidline) continue;
+    if (!on_face[v] || scan.positions[v].x < kMidline) continue;
     distances.push_back(kMillimetres * surface.nearest(scan.positions[v]).distance);
   }
   f.scan_to_surface = summary(std::move(distances));
