@@ -152,6 +152,12 @@ Description SpanTooShort::describe() const {
           {{"length", length}}};
 }
 
+Description BadProfile::describe() const {
+  return {fmt::format("the profile's point {} {}", point, reason),
+          {"write the points in order of time, between `start` and `end` of what the profile stands on"},
+          {{"point", point}, {"reason", reason}}};
+}
+
 Description NoSigns::describe() const {
   return {fmt::format("{} needs signs, and there are none here", needed_by),
           {"write them in `signs { ... }`, or place it at a time: `at 0.2s for 600ms`"},

@@ -8,6 +8,7 @@
 #include <nms/compiler/diagnostic_kinds.h>
 
 #include "lower_entry.h"
+#include "profile.h"
 
 namespace nms::compiler {
 
@@ -104,6 +105,8 @@ class UtteranceLowering {
 
   void read_properties() {
     for (NodeRef p : d_.node.children()) {
+      if (p.is(NodeKind::profile))
+        evaluator_.report(scope_, p, UnknownProperty{"profile", "an utterance", {"signer", "source", "meaning"}});
       if (!is_property(p)) continue;
       const std::string_view name = p.at(0).text();
       const NodeRef value = p.at(1);
@@ -209,7 +212,8 @@ class UtteranceLowering {
       inner = evaluator_.bind(call, false, e.name, params, e.file, scope_);
     }
     if (!inner) return;
-    const Timing timing = read_timing(options, scope_, evaluator_, false);
+    Timing timing = read_timing(options, scope_, evaluator_, false);
+    timing.profile = read_profile(options, span, {tier_.empty() ? nullptr : &tier_, whole_}, scope_, evaluator_);
     schedule_entry(clip_, e, *inner, span, timing, intensity, tier_.empty() ? nullptr : &tier_, evaluator_);
   }
 

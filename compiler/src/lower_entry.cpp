@@ -1,8 +1,11 @@
 #include "lower_entry.h"
 
+#include <algorithm>
 #include <string>
 
 #include <nms/compiler/diagnostic_kinds.h>
+
+#include "profile.h"
 
 namespace nms::compiler {
 
@@ -35,6 +38,15 @@ void scale(Movement& m, double factor) {
     for (Step& step : s.steps)
       for (Amount& a : step.pose) a.value *= factor;
   for (Oscillation& o : m.oscillations) o.by *= factor;
+}
+
+/// How long steps and swings last by themselves.
+std::int64_t own_length(const Movement& m) {
+  std::int64_t length = 0;
+  for (const Sequence& s : m.sequences) length = std::max(length, s.duration_ns);
+  for (const Oscillation& o : m.oscillations)
+    length = std::max(length, static_cast<std::int64_t>(o.count / o.rate_hz * 1e9 + 0.5));
+  return length;
 }
 
 /// Properties an entry may have; phases are read by read_timing.
@@ -91,6 +103,13 @@ void schedule_component(ClipDraft& clip, NodeRef placement, Placed base, double 
   auto movement = evaluator.sum(sum, scope);
   if (!movement) return;
   scale(*movement, intensity);
+  const NodeRef options = placement.child(NodeKind::options);
+  if (options && options.child(NodeKind::profile)) {
+    Span span = base.span;
+    if (base.extent != Extent::span && !base.fill && movement->pose.empty())
+      if (const std::int64_t length = own_length(*movement); length > 0) span.end_ns = span.start_ns + length;
+    base.timing.profile = read_profile(options, span, context, scope, evaluator);
+  }
   schedule(clip, *movement, base, scope, evaluator);
 }
 
@@ -109,8 +128,9 @@ void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scop
       return;
     }
   }
-  const Timing own = read_timing(entry.node, scope, evaluator, true);
+  Timing own = read_timing(entry.node, scope, evaluator, true);
   PlacementContext context{tier, span, true};
+  own.profile = read_profile(entry.node, span, context, scope, evaluator);
   for (NodeRef item : entry.node.children()) {
     switch (item.kind()) {
       case NodeKind::property:
@@ -119,7 +139,7 @@ void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scop
                            UnknownProperty{std::string(item.at(0).text()),
                                            "an entry",
                                            {"label", "alias", "meaning", "source", "evidence", "spreads", "onset",
-                                            "offset", "lead", "lag", "easing"}});
+                                            "offset", "lead", "lag", "easing", "profile"}});
         break;
       case NodeKind::when:
         evaluator.report(scope, item, NotCompiled{item.has(lang::kFlagUnless) ? "unless" : "when"});

@@ -6,6 +6,8 @@
 
 #include <nms/compiler/diagnostic_kinds.h>
 
+#include "profile.h"
+
 namespace nms::compiler {
 
 using lang::NodeKind;
@@ -234,6 +236,7 @@ Timing Timing::over(const Timing& farther) const {
   if (!t.lead_ns) t.lead_ns = farther.lead_ns;
   if (!t.lag_ns) t.lag_ns = farther.lag_ns;
   if (!t.easing) t.easing = farther.easing;
+  if (!t.profile) t.profile = farther.profile;
   return t;
 }
 
@@ -241,10 +244,6 @@ Timing read_timing(NodeRef parent, const Scope& scope, Evaluator& evaluator, boo
   Timing t;
   if (!parent) return t;
   for (NodeRef p : parent.children()) {
-    if (p.is(NodeKind::profile)) {
-      evaluator.report(scope, p, NotCompiled{"a profile"});
-      continue;
-    }
     if (!is_property(p)) continue;
     const std::string_view name = p.at(0).text();
     const NodeRef value = p.at(1);
@@ -270,11 +269,10 @@ Timing read_timing(NodeRef parent, const Scope& scope, Evaluator& evaluator, boo
       t.easing = evaluator.easing(value, scope);
     } else if (name == "held" || name == "apex") {
       evaluator.report(scope, p, NotCompiled{std::string(name)});
-    } else if (entry_properties && name == "profile") {
-      evaluator.report(scope, p, NotCompiled{"a profile"});
     } else if (!entry_properties) {
-      evaluator.report(scope, p.at(0),
-                       UnknownProperty{std::string(name), "a component", {"onset", "offset", "lead", "lag", "easing"}});
+      evaluator.report(
+          scope, p.at(0),
+          UnknownProperty{std::string(name), "a component", {"onset", "offset", "lead", "lag", "easing", "profile"}});
     }
   }
   return t;
@@ -341,6 +339,7 @@ void play_sequence(ClipDraft& clip, const Sequence& sequence, std::int64_t start
 void schedule(ClipDraft& clip, const Movement& movement, const Placed& placed, const Scope& scope,
               Evaluator& evaluator) {
   if (!room_left(clip, placed, scope, evaluator)) return;
+  const std::size_t first = clip.contributions.size();
   if (!movement.pose.empty()) {
     if (placed.extent == Extent::point) {
       evaluator.report(scope, placed.node, MissingDuration{std::string(placed.name)});
@@ -350,6 +349,10 @@ void schedule(ClipDraft& clip, const Movement& movement, const Placed& placed, c
   }
   for (const Sequence& s : movement.sequences) place_sequence(clip, s, placed, scope, evaluator);
   for (const Oscillation& o : movement.oscillations) place_oscillation(clip, o, placed, scope, evaluator);
+  // The envelope stays whole: a profile says how much of a thing there is, not how far it takes another's place.
+  if (placed.timing.profile)
+    for (std::size_t i = first; i < clip.contributions.size(); ++i)
+      clip.contributions[i].curve = profiled(clip.contributions[i].curve, *placed.timing.profile);
 }
 
 }  // namespace nms::compiler

@@ -37,6 +37,7 @@ struct Contribution {
 struct Timing {
   std::optional<std::int64_t> onset_ns, offset_ns, lead_ns, lag_ns;
   std::optional<Easing> easing;
+  std::optional<Curve> profile;  ///< factors over time, straight between its points
 
   /// What is not written here is taken from `farther`.
   [[nodiscard]] Timing over(const Timing& farther) const;

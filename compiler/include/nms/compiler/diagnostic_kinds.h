@@ -32,6 +32,7 @@ namespace nms::compiler {
   X(AmbiguousSign, ambiguous_sign, error)                 \
   X(SpanBackwards, span_backwards, error)                 \
   X(SpanTooShort, span_too_short, error)                  \
+  X(BadProfile, bad_profile, error)                       \
   X(NoSigns, no_signs, error)                             \
   X(SignTimes, sign_times, error)                         \
   X(MissingLexicon, missing_lexicon, error)               \
@@ -156,6 +157,12 @@ struct SpanBackwards {
 struct SpanTooShort {
   NMS_KIND(span_too_short, error);
   std::string length;
+};
+/// A point of a profile that lies outside its span, or not after the one in front of it.
+struct BadProfile {
+  NMS_KIND(bad_profile, error);
+  std::string point;
+  std::string reason;
 };
 struct NoSigns {
   NMS_KIND(no_signs, error);
