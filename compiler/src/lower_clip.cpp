@@ -64,24 +64,7 @@ class UtteranceLowering {
     sign_markers();
     for (const Bracket& b : tier_.brackets) bracket(b);
     fire_for_signs();
-    for (NodeRef item : d_.node.children()) {
-      switch (item.kind()) {
-        case NodeKind::placement:
-          placement(item);
-          break;
-        case NodeKind::when:
-          evaluator_.report(scope_, item, NotCompiled{"when"});
-          break;
-        case NodeKind::optional:
-          evaluator_.report(scope_, item, NotCompiled{"optional"});
-          break;
-        case NodeKind::one_of:
-          evaluator_.report(scope_, item, NotCompiled{"one of"});
-          break;
-        default:
-          break;
-      }
-    }
+    for (NodeRef item : d_.node.children()) this->item(item);
     for (const Sign& s : tier_.signs) {
       clip_.start_ns = std::min(clip_.start_ns, s.start_ns);
       clip_.end_ns = std::max(clip_.end_ns, s.end_ns);
@@ -144,12 +127,17 @@ class UtteranceLowering {
       if (b.label == "topic" || (e != nullptr && spreading_of(*e) == "topic"))
         for (std::uint32_t i = b.first; i <= b.last; ++i) in_topic_[i] = true;
     }
-    for (NodeRef item : d_.node.children()) {
+    find_topics(d_.node);
+  }
+
+  void find_topics(NodeRef parent) {
+    const PlacementContext context{&tier_, whole_};
+    for (NodeRef item : parent.children()) {
+      if (item.is(NodeKind::when) && holds(item, context, scope_, evaluator_).value_or(false)) find_topics(item);
       if (!item.is(NodeKind::placement)) continue;
       const NodeRef over = item.child(NodeKind::over);
       const Declaration* e = over ? used_entry(item).first : nullptr;
       if (e == nullptr || spreading_of(*e) != "topic") continue;
-      PlacementContext context{&tier_, whole_};
       Placer placer(evaluator_, scope_, context);
       const auto span = placer.over(over);
       if (span && span->has_signs())
@@ -273,6 +261,33 @@ class UtteranceLowering {
     for (std::uint32_t i = out.first_sign; i <= out.last_sign; ++i)
       out.end_ns = std::max(out.end_ns, tier_.signs[i].end_ns);
     return out;
+  }
+
+  void item(NodeRef item) {
+    switch (item.kind()) {
+      case NodeKind::placement:
+        placement(item);
+        break;
+      case NodeKind::when: {
+        if (item.has(lang::kFlagError)) break;
+        const auto active = holds(item, {tier_.empty() ? nullptr : &tier_, whole_}, scope_, evaluator_);
+        for (NodeRef inner : item.children()) {
+          if (inner.is(NodeKind::property) || inner.is(NodeKind::profile))
+            evaluator_.report(scope_, inner, NotCompiled{"a property under a condition"});
+          else if (active.value_or(false))
+            this->item(inner);
+        }
+        break;
+      }
+      case NodeKind::optional:
+        evaluator_.report(scope_, item, NotCompiled{"optional"});
+        break;
+      case NodeKind::one_of:
+        evaluator_.report(scope_, item, NotCompiled{"one of"});
+        break;
+      default:
+        break;
+    }
   }
 
   void placement(NodeRef item) {

@@ -59,6 +59,31 @@ bool known_entry_property(std::string_view name) {
 
 }  // namespace
 
+std::optional<bool> holds(NodeRef when, const PlacementContext& context, const Scope& scope, Evaluator& evaluator) {
+  const NodeRef condition = when.child(NodeKind::condition);
+  const NodeRef name = condition.at(0);
+  if (when.has(lang::kFlagError) || !name) return std::nullopt;
+  if (condition.text() == name.text()) {  // `when NAME`: what would have to be the case, nobody has said
+    evaluator.report(scope, condition, NotCompiled{"a condition other than `sign TAG in span`"});
+    return std::nullopt;
+  }
+  bool in_span = false;
+  if (const NodeRef in = condition.at(1)) {
+    in_span = in.text() == "span";
+    if (!in_span && in.text() != "utterance") {
+      evaluator.report(scope, in, UnknownName{"span of a condition", std::string(in.text()), {"span", "utterance"}});
+      return std::nullopt;
+    }
+  }
+  bool found = false;
+  if (context.tier != nullptr)
+    for (const Sign& s : context.tier->signs) {
+      if (s.tag != name.text() && s.gloss != name.text()) continue;
+      found |= !in_span || (s.start_ns >= context.whole.start_ns && s.end_ns <= context.whole.end_ns);
+    }
+  return found != when.has(lang::kFlagUnless);
+}
+
 void schedule_component(ClipDraft& clip, NodeRef placement, Placed base, double intensity, const Scope& scope,
                         const PlacementContext& context, Evaluator& evaluator) {
   if (placement.has(lang::kFlagError)) return;
@@ -113,6 +138,52 @@ void schedule_component(ClipDraft& clip, NodeRef placement, Placed base, double 
   schedule(clip, *movement, base, scope, evaluator);
 }
 
+namespace {
+
+/// What a condition leaves out is still checked: a name in it may be wrong.
+void check_item(NodeRef item, const Scope& scope, Evaluator& evaluator) {
+  if (item.has(lang::kFlagError)) return;
+  const NodeRef sum = item.is(NodeKind::placement) ? item.child(NodeKind::sum) : NodeRef();
+  if (sum) static_cast<void>(evaluator.sum(sum, scope));
+  if (item.is(NodeKind::optional)) evaluator.report(scope, item, NotCompiled{"optional"});
+  if (item.is(NodeKind::one_of)) evaluator.report(scope, item, NotCompiled{"one of"});
+  if (item.is(NodeKind::when))
+    for (NodeRef inner : item.children()) check_item(inner, scope, evaluator);
+}
+
+/// Anything that may stand in an entry and moves something.
+void schedule_item(ClipDraft& clip, NodeRef item, const Placed& base, double intensity, const Scope& scope,
+                   const PlacementContext& context, Evaluator& evaluator) {
+  switch (item.kind()) {
+    case NodeKind::when: {
+      if (item.has(lang::kFlagError)) break;
+      const auto active = holds(item, context, scope, evaluator);
+      for (NodeRef inner : item.children()) {
+        if (inner.is(NodeKind::property) || inner.is(NodeKind::profile))
+          evaluator.report(scope, inner, NotCompiled{"a property under a condition"});
+        else if (active.value_or(false))
+          schedule_item(clip, inner, base, intensity, scope, context, evaluator);
+        else
+          check_item(inner, scope, evaluator);
+      }
+      break;
+    }
+    case NodeKind::optional:
+      evaluator.report(scope, item, NotCompiled{"optional"});
+      break;
+    case NodeKind::one_of:
+      evaluator.report(scope, item, NotCompiled{"one of"});
+      break;
+    case NodeKind::placement:
+      schedule_component(clip, item, base, intensity, scope, context, evaluator);
+      break;
+    default:
+      break;
+  }
+}
+
+}  // namespace
+
 void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scope, const Span& span, const Timing& use,
                     double intensity, const ManualTier* tier, Evaluator& evaluator) {
   if (entry.node.has(lang::kFlagError)) return;
@@ -131,38 +202,20 @@ void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scop
   Timing own = read_timing(entry.node, scope, evaluator, true);
   PlacementContext context{tier, span, true};
   own.profile = read_profile(entry.node, span, context, scope, evaluator);
+  Placed base;
+  base.span = span;
+  base.extent = Extent::natural;
+  base.timing = use.over(own);
+  base.layer = layer;
+  base.entry = entry.name;
   for (NodeRef item : entry.node.children()) {
-    switch (item.kind()) {
-      case NodeKind::property:
-        if (is_property(item) && !known_entry_property(item.at(0).text()))
-          evaluator.report(scope, item.at(0),
-                           UnknownProperty{std::string(item.at(0).text()),
-                                           "an entry",
-                                           {"label", "alias", "meaning", "source", "evidence", "spreads", "onset",
-                                            "offset", "lead", "lag", "easing", "profile"}});
-        break;
-      case NodeKind::when:
-        evaluator.report(scope, item, NotCompiled{item.has(lang::kFlagUnless) ? "unless" : "when"});
-        break;
-      case NodeKind::optional:
-        evaluator.report(scope, item, NotCompiled{"optional"});
-        break;
-      case NodeKind::one_of:
-        evaluator.report(scope, item, NotCompiled{"one of"});
-        break;
-      case NodeKind::placement: {
-        Placed base;
-        base.span = span;
-        base.extent = Extent::natural;
-        base.timing = use.over(own);
-        base.layer = layer;
-        base.entry = entry.name;
-        schedule_component(clip, item, base, intensity, scope, context, evaluator);
-        break;
-      }
-      default:
-        break;
-    }
+    if (is_property(item) && !known_entry_property(item.at(0).text()))
+      evaluator.report(scope, item.at(0),
+                       UnknownProperty{std::string(item.at(0).text()),
+                                       "an entry",
+                                       {"label", "alias", "meaning", "source", "evidence", "spreads", "onset", "offset",
+                                        "lead", "lag", "easing", "profile"}});
+    schedule_item(clip, item, base, intensity, scope, context, evaluator);
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string_view>
 
 #include "schedule.h"
@@ -12,6 +13,11 @@ namespace nms::compiler {
 /// Schedules all components of an entry over a span. `scope` is the entry's own, arguments bound.
 void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scope, const Span& span, const Timing& use,
                     double intensity, const ManualTier* tier, Evaluator& evaluator);
+
+/// Whether the condition of a `when` or `unless` is met. Nothing: it is wrong or unclear, which has been reported.
+/// @param context  its `whole` is what `in span` means; without signs no sign is in anything
+[[nodiscard]] std::optional<bool> holds(lang::NodeRef when, const PlacementContext& context, const Scope& scope,
+                                        Evaluator& evaluator);
 
 /// Schedules one `placement` node whose sum is a movement: a component of an entry, of a timeline or of an utterance.
 /// @param base  span, timing, layer and names that hold where the placement says nothing
