@@ -268,8 +268,7 @@ TEST(Ada, OnlyTheIntendedBordersAreOpen) {
   EXPECT_EQ(loops, intended);
 }
 
-// Ten: two a side at the hairpin of the mouth's corner, one each at the nostril's front, below and above the ear. All
-// lie in folds of the scan itself.
+// Ten: a side, two at the hairpin of the mouth's corner, and one each at the nostril, on the jaw, above the ear.
 TEST(Ada, HardlyFolds) { EXPECT_LE(fit_face::count_folds(ada()), 10U); }
 
 // A seam is one vertex that both sides share. Two in one place would be a seam that can open.

@@ -26,8 +26,8 @@ namespace {
 constexpr std::array<double, 6> kTangential = {1.0, 0.5, 0.3, 0.2, 0.2, 0.2};
 // A seam that slides freely folds.
 constexpr double kLeastSeamTangential = 0.35;
-// Second differences of control points: 1.5 sqrt(2e-4). Twice that misses the bars at the ear, half of it ripples and
-// folds.
+// Second differences of control points: 1.5 sqrt(2e-4). Twice that misses the bars at the ear, half of it folds
+// more triangles.
 constexpr double kFairness = 1.5 * 0.014142135623730951;
 // A twist shows more than a bend.
 constexpr double kTwist = 1.4;
