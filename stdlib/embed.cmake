@@ -1,5 +1,6 @@
-# cmake -DROOT=<stdlib> -DOUT=<file.cpp> -P embed.cmake: all *.nms and *.x3d of ROOT as one C++ file.
+# cmake -DROOT=<stdlib> -DOUT=<file.cpp> -P embed.cmake: all *.nms and *.x3d of ROOT but its tests/, as one C++ file.
 file(GLOB_RECURSE paths RELATIVE "${ROOT}" "${ROOT}/*.nms" "${ROOT}/*.x3d")
+list(FILTER paths EXCLUDE REGEX "^tests/")
 list(SORT paths COMPARE STRING)
 set(code "#include <nms/stdlib/embedded.h>\n\nnamespace nms::stdlib {\nnamespace {\nusing namespace std::string_view_literals;\n")
 string(APPEND code "constexpr EmbeddedFile kFiles[] = {\n")

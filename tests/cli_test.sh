@@ -241,6 +241,64 @@ printf 'timeline long 900000s { blink at 0s }\n' >long.nms
 expect 1 "too many rows" "$nmsc" sample long.nms --clip long --fps 1000
 says "too many rows" "too_many_rows"
 
+# ---- test
+cat >tests.nms <<'NMS'
+timeline grin 2s { 60% AU12 over 0.5s..1s { onset 100ms  offset 100ms } }
+test "it grins" { play grin; expect AU12 == 60% at 0.8s; expect AU4 never }
+test "a <smile> & \"more\"" { play grin; expect AU12L >= 50%; expect AU12R == 60% at 0.8s }
+test "it stops" { play grin; expect AU12 never over 1.2s..2s }
+NMS
+printf 'test "late" {\n  play smile\n  expect AU12 >= 50%% at 1s\n}\nexpression smile 2s {\n  50%%: 60%% AU12\n  50%%: 0%% AU12\n}\n' >passes.nms
+expect 0 "tests that pass" "$nmsc" test passes.nms
+echo "1 passed, 0 failed" >want
+holds "tests that pass" cmp out want
+silent "tests that pass" err
+expect 1 "a test that fails" "$nmsc" test tests.nms
+holds "a test that fails: the summary is last" test "$(tail -n 1 out)" = "2 passed, 1 failed"
+for line in 'failed: a <smile> & \"more\"' "tests.nms:3:42: error expectation_failed: AU12L is 0% at 0s" \
+  "expect AU12L >= 50%" "60% AU12 over 0.5s..1s"; do
+  holds "a test that fails: prints $line" grep -qF -- "$line" out
+done
+silent "a test that fails" err
+expect 1 "several files" "$nmsc" test passes.nms tests.nms
+holds "several files" test "$(tail -n 1 out)" = "3 passed, 1 failed"
+expect 0 "--filter" "$nmsc" test tests.nms --filter grins
+holds "--filter" cmp out want
+expect 0 "--filter of nothing" "$nmsc" test tests.nms --filter nothing
+says "--filter of nothing" "warning no_tests"
+expect 0 "--filter leaves failures out" "$nmsc" test tests.nms --filter "it "
+holds "--filter leaves failures out" test "$(cat out)" = "2 passed, 0 failed"
+expect 1 "tests of a missing file" "$nmsc" test missing.nms passes.nms
+holds "tests of a missing file: others run" grep -qx "1 passed, 0 failed" out
+expect 1 "tests of a program" "$nmsc" test good.auc
+expect 2 "no file to test" "$nmsc" test
+expect 0 "check of failing tests" "$nmsc" check tests.nms
+printf 'test "t" {\n  play gron\n  expect AU998 == 0%%\n}\n' >badtest.nms
+expect 1 "a test of nothing" "$nmsc" test badtest.nms --junit bad.xml
+for line in 2 3; do says "a test of nothing" "badtest.nms:$line:"; done
+holds "a test of nothing writes no results" test ! -e bad.xml
+expect 1 "check of a test of nothing" "$nmsc" check badtest.nms
+expect 1 "JUnit" "$nmsc" test passes.nms tests.nms --junit results.xml
+cp results.xml again.xml
+expect 1 "JUnit again" "$nmsc" test passes.nms tests.nms --junit results.xml
+holds "JUnit is the same again" cmp results.xml again.xml
+expect 1 "JUnit where there is no folder" "$nmsc" test passes.nms --junit nowhere/results.xml
+says "JUnit where there is no folder" "cannot_write"
+if command -v python3 >/dev/null; then
+  holds "JUnit parses" python3 -c 'import xml.etree.ElementTree as e
+root = e.parse("results.xml").getroot()
+assert root.tag == "testsuites" and root.attrib["tests"] == "4" and root.attrib["failures"] == "1"
+suites = list(root)
+assert [s.attrib["name"] for s in suites] == ["passes.nms", "tests.nms"]
+assert [(s.attrib["tests"], s.attrib["failures"], len(s)) for s in suites] == [("1", "0", 1), ("3", "1", 3)]
+case = suites[1][1]
+assert "a <smile> & " in case.attrib["name"] and case.attrib["line"] == "3", case.attrib
+assert len(case) == 1 and "expectation_failed" in case[0].text and "\n" in case[0].text
+assert all(c.attrib["time"] == "0" for c in root.iter("testcase"))'
+  expect 1 "JSON of failed tests" "$nmsc" --error-format=json test passes.nms tests.nms
+  holds "JSON of failed tests" python3 -c "$json" 1
+fi
+
 # ---- Programs that are none
 size=$(stat -c %s good.auc)
 for at in 0 1 7 8 16 63 100 $((size / 2)) $((size - 1)); do

@@ -1,6 +1,7 @@
 // What the compiler says of a source, and what it makes of it.
 //   tests/golden/check/*.nms    beside the diagnostics as text
 //   tests/golden/program/*.nms  beside the clips of the compiled program as text
+//   tests/golden/test/*.nms     beside how its tests come out
 // Both see the small library of tests/golden/stdlib, so that they do not change with the real one.
 // NMS_REFRESH=1 rewrites the expectations; what changed is then read in the diff.
 #include <algorithm>
@@ -16,6 +17,7 @@
 #include <gtest/gtest.h>
 #include <nms/compiler/compile.h>
 #include <nms/compiler/diagnostic_kinds.h>
+#include <nms/compiler/test.h>
 #include <nms/lang/render.h>
 #include <nms/program/evaluate.h>
 #include <nms/program/text.h>
@@ -109,6 +111,51 @@ TEST(GoldenProgram, clips_are_as_expected) {
   }
 }
 
+std::string outcomes(const std::vector<compiler::TestResult>& results) {
+  std::string text;
+  for (const compiler::TestResult& t : results) {
+    lang::Diagnostics failures;
+    for (const compiler::Expectation& e : t.expectations)
+      if (!e.passed) compiler::report_failure(e, failures);
+    text += (t.passed() ? "passed: " : "failed: ") + t.name + "\n" + lang::render_text(failures, false);
+  }
+  return text;
+}
+
+TEST(GoldenTest, outcomes_are_as_expected) {
+  for (const fs::path& path : cases("test")) {
+    SCOPED_TRACE(path.filename().string());
+    GoldenFiles files(path.parent_path());
+    lang::Diagnostics diagnostics;
+    const auto results = compiler::run_tests({files.open(path.filename().string(), path)}, files, diagnostics);
+    EXPECT_TRUE(diagnostics.all().empty()) << lang::render_text(diagnostics, false);
+    compare(path, outcomes(results));
+    const bool fails = path.filename().string().rfind("fail", 0) == 0;
+    EXPECT_FALSE(results.empty());
+    for (const compiler::TestResult& t : results) {
+      EXPECT_EQ(t.passed(), !fails) << t.name;
+      EXPECT_FALSE(t.expectations.empty()) << t.name;
+    }
+  }
+}
+
+TEST(GoldenTest, a_filter_picks_by_name) {
+  const fs::path path = kGolden / "test/passes.nms";
+  GoldenFiles files(path.parent_path());
+  lang::Diagnostics diagnostics;
+  const auto results = compiler::run_tests({files.open("passes.nms", path)}, files, diagnostics, {"side"});
+  ASSERT_EQ(results.size(), 1U);
+  EXPECT_EQ(results[0].name, "one side and both");
+}
+
+TEST(GoldenTest, sources_with_errors_have_no_results) {
+  const fs::path path = kGolden / "check/fail_test_names.nms";
+  GoldenFiles files(path.parent_path());
+  lang::Diagnostics diagnostics;
+  EXPECT_TRUE(compiler::run_tests({files.open("fail_test_names.nms", path)}, files, diagnostics).empty());
+  EXPECT_GT(diagnostics.error_count(), 0U);
+}
+
 TEST(GoldenCheck, fail_is_in_the_name_exactly_when_an_error_is_reported) {
   for (const char* folder : {"check", "program"})
     for (const fs::path& path : cases(folder)) {
@@ -135,7 +182,7 @@ TEST(GoldenCheck, every_diagnostic_kind_occurs) {
 }
 
 TEST(GoldenCheck, no_expectation_is_unread) {
-  for (const char* folder : {"check", "program"})
+  for (const char* folder : {"check", "program", "test"})
     for (const fs::directory_entry& e : fs::directory_iterator(kGolden / folder)) {
       if (e.is_directory()) continue;
       fs::path source = e.path();

@@ -48,4 +48,11 @@ struct SampleOptions {
 };
 int sample(const GlobalOptions& global, const SampleOptions& options);
 
+struct TestCommandOptions {
+  std::vector<std::string> files;
+  std::string filter;  ///< only tests whose name holds it
+  std::string junit;   ///< the XML to write; empty: none
+};
+int test(const GlobalOptions& global, const TestCommandOptions& options);
+
 }  // namespace nms::cli

@@ -26,19 +26,8 @@ std::shared_ptr<const lang::Source> face_source(const std::string& face, SourceF
 
 }  // namespace
 
-std::optional<program::Image> load_program(const std::vector<std::string>& files, const std::string& face,
-                                           SourceFiles& sources, lang::Diagnostics& diagnostics) {
-  if (files.size() == 1 && is_program(files[0])) {
-    auto bytes = read_file(files[0]);
-    if (!bytes) {
-      add_failure(diagnostics, bytes.error());
-      return std::nullopt;
-    }
-    auto image = program::Image::load(std::as_bytes(std::span(bytes->data(), bytes->size())), files[0]);
-    if (image) return std::move(*image);
-    add_failure(diagnostics, image.error());
-    return std::nullopt;
-  }
+std::vector<std::shared_ptr<const lang::Source>> load_roots(const std::vector<std::string>& files, SourceFiles& sources,
+                                                            lang::Diagnostics& diagnostics) {
   std::vector<std::shared_ptr<const lang::Source>> roots;
   for (const std::string& file : files) {
     if (is_program(file)) {
@@ -53,6 +42,23 @@ std::optional<program::Image> load_program(const std::vector<std::string>& files
       add_failure(diagnostics, source.error());
     }
   }
+  return roots;
+}
+
+std::optional<program::Image> load_program(const std::vector<std::string>& files, const std::string& face,
+                                           SourceFiles& sources, lang::Diagnostics& diagnostics) {
+  if (files.size() == 1 && is_program(files[0])) {
+    auto bytes = read_file(files[0]);
+    if (!bytes) {
+      add_failure(diagnostics, bytes.error());
+      return std::nullopt;
+    }
+    auto image = program::Image::load(std::as_bytes(std::span(bytes->data(), bytes->size())), files[0]);
+    if (image) return std::move(*image);
+    add_failure(diagnostics, image.error());
+    return std::nullopt;
+  }
+  std::vector<std::shared_ptr<const lang::Source>> roots = load_roots(files, sources, diagnostics);
   if (diagnostics.error_count() != 0) return std::nullopt;
   compiler::CompileOptions options;
   if (!face.empty()) {

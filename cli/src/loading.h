@@ -12,6 +12,11 @@
 
 namespace nms::cli {
 
+/// The sources that the user named, each once. A compiled program is none: it is refused here.
+[[nodiscard]] std::vector<std::shared_ptr<const lang::Source>> load_roots(const std::vector<std::string>& files,
+                                                                          SourceFiles& sources,
+                                                                          lang::Diagnostics& diagnostics);
+
 /// A program from files: `.nms` sources are compiled together, a single `.auc` is loaded and checked.
 /// @param face  the face whose rig description is wanted too; empty: none
 /// Nothing: `diagnostics` says why.

@@ -112,6 +112,13 @@ int main(int argc, char** argv) try {
     chosen = [&] { return sample(global, sample_options); };
   });
 
+  TestCommandOptions test_options;
+  CLI::App* test_command = app.add_subcommand("test", "Run the tests that stand in sources");
+  test_command->add_option("FILE", test_options.files, "Sources")->required();
+  test_command->add_option("--filter", test_options.filter, "Only tests whose name holds this text")->type_name("TEXT");
+  test_command->add_option("--junit", test_options.junit, "Write the results as JUnit XML too")->type_name("OUT.xml");
+  test_command->callback([&] { chosen = [&] { return test(global, test_options); }; });
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

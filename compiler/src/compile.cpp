@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <nms/compiler/diagnostic_kinds.h>
+#include <nms/compiler/test.h>
 
 #include "channels.h"
 #include "declarations.h"
@@ -16,6 +17,7 @@
 #include "merge.h"
 #include "movement.h"
 #include "rig.h"
+#include "test_run.h"
 
 namespace nms::compiler {
 
@@ -52,7 +54,6 @@ void refuse(const LoadedFile& file, Evaluator& evaluator) {
   Scope scope;
   for (NodeRef d : file.tree->root().children()) {
     if (d.is(NodeKind::discourse)) evaluator.report(scope, d.child(NodeKind::name), NotCompiled{"a discourse"});
-    if (d.is(NodeKind::test)) evaluator.report(scope, d.child(NodeKind::string), NotCompiled{"a test"});
     if (!d.is(NodeKind::lexicon)) continue;
     for (NodeRef part : d.children())
       if (part.is(NodeKind::combine)) evaluator.report(scope, part, NotCompiled{"combine"});
@@ -83,11 +84,30 @@ std::vector<ClipSource> clip_sources(const std::vector<LoadedFile>& files, const
   return out;
 }
 
-}  // namespace
+/// What is asked of the tests of the roots: they are checked in any case.
+struct TestRequest {
+  std::string_view filter;
+  std::vector<TestResult> results;
+};
 
-std::optional<program::Draft> compile(const std::vector<std::shared_ptr<const lang::Source>>& roots,
-                                      lang::SourceProvider& provider, lang::Diagnostics& diagnostics,
-                                      const CompileOptions& options) {
+void visit_tests(const std::vector<LoadedFile>& files, Evaluator& evaluator, TestRequest* request) {
+  TestRun tests(evaluator);
+  for (const Declaration& d : evaluator.declarations().tests) {
+    if (!files[d.file].root) continue;
+    const NodeRef name = d.node.child(NodeKind::string);
+    // Once something is wrong, nothing that is worked out counts.
+    const bool wanted = request != nullptr && name && evaluator.diagnostics().error_count() == 0 &&
+                        unquoted(name).find(request->filter) != std::string_view::npos;
+    if (wanted)
+      request->results.push_back(tests.run(d));
+    else
+      tests.check(d);
+  }
+}
+
+std::optional<program::Draft> compile_all(const std::vector<std::shared_ptr<const lang::Source>>& roots,
+                                          lang::SourceProvider& provider, lang::Diagnostics& diagnostics,
+                                          const CompileOptions& options, TestRequest* request) {
   std::vector<LoadedFile> files = load_sources(roots, provider, diagnostics);
   const Declarations declarations = Declarations::collect(files, provider, diagnostics);
   const Channels channels = build_channels(files, declarations, diagnostics);
@@ -122,9 +142,26 @@ std::optional<program::Draft> compile(const std::vector<std::shared_ptr<const la
       break;
     }
   }
+  visit_tests(files, evaluator, request);
   if (diagnostics.error_count() != 0) return std::nullopt;
   program::order_plays(emitter.draft);
   return std::move(emitter.draft);
+}
+
+}  // namespace
+
+std::optional<program::Draft> compile(const std::vector<std::shared_ptr<const lang::Source>>& roots,
+                                      lang::SourceProvider& provider, lang::Diagnostics& diagnostics,
+                                      const CompileOptions& options) {
+  return compile_all(roots, provider, diagnostics, options, nullptr);
+}
+
+std::vector<TestResult> run_tests(const std::vector<std::shared_ptr<const lang::Source>>& roots,
+                                  lang::SourceProvider& provider, lang::Diagnostics& diagnostics,
+                                  const TestOptions& options) {
+  TestRequest request{options.filter, {}};
+  if (!compile_all(roots, provider, diagnostics, {}, &request)) return {};
+  return std::move(request.results);
 }
 
 }  // namespace nms::compiler

@@ -5,25 +5,12 @@
 #include <cassert>
 #include <cstddef>
 
+#include "cubic.h"
+
 namespace nms::compiler {
 namespace {
 
 double magnitude(double x) { return x < 0.0 ? -x : x; }
-
-/// A cubic in Bézier form over u in [0, 1].
-struct Cubic {
-  double p0 = 0.0, p1 = 0.0, p2 = 0.0, p3 = 0.0;
-
-  [[nodiscard]] double value(double u) const {
-    const double v = 1.0 - u;
-    return ((v * v * v * p0 + 3.0 * v * v * u * p1) + 3.0 * v * u * u * p2) + u * u * u * p3;
-  }
-  [[nodiscard]] double derivative(double u) const {
-    const double v = 1.0 - u;
-    return 3.0 * (v * v * (p1 - p0) + 2.0 * v * u * (p2 - p1) + u * u * (p3 - p2));
-  }
-  [[nodiscard]] bool constant() const { return p0 == p1 && p1 == p2 && p2 == p3; }
-};
 
 /// The part of a cubic over [a, b], by blossoming; exact at 0 and 1.
 Cubic part(const Cubic& c, double a, double b) {
@@ -120,39 +107,14 @@ void open(Curve& out, double value) {
     out.knots.insert(out.knots.begin(), first);
 }
 
-/// Roots of a cubic in (0, 1), rising. Bracketed on monotone pieces and bisected: no libm, same bits everywhere.
+/// Roots of a cubic in (0, 1), rising. Bracketed on monotone pieces.
 std::size_t roots(const Cubic& c, std::array<double, 3>& out) {
-  // Derivative a u^2 + b u + d (without its factor 3); its sign changes are found by sampling its Bernstein quadratic.
-  const double q0 = c.p1 - c.p0, q1 = c.p2 - c.p1, q2 = c.p3 - c.p2;
-  std::array<double, 4> edge{0.0, 1.0, 1.0, 1.0};
-  std::size_t edges = 1;
-  const auto slope = [&](double u) {
-    const double v = 1.0 - u;
-    return v * v * q0 + 2.0 * v * u * q1 + u * u * q2;
-  };
-  const auto bisect = [](auto&& f, double lo, double hi) {
-    const bool low_negative = f(lo) < 0.0;
-    for (int i = 0; i < 60; ++i) {
-      const double mid = 0.5 * (lo + hi);
-      if ((f(mid) < 0.0) == low_negative)
-        lo = mid;
-      else
-        hi = mid;
-    }
-    return 0.5 * (lo + hi);
-  };
-  // The quadratic's own vertex splits [0, 1] into pieces with at most one sign change each.
-  const double denominator = q0 - 2.0 * q1 + q2;
-  double vertex = denominator == 0.0 ? 2.0 : (q0 - q1) / denominator;
-  if (!(vertex > 0.0 && vertex < 1.0)) vertex = 1.0;
-  for (const auto& [lo, hi] : {std::pair{0.0, vertex}, std::pair{vertex, 1.0}}) {
-    if (lo < hi && (slope(lo) < 0.0) != (slope(hi) < 0.0)) edge[edges++] = bisect(slope, lo, hi);
-  }
-  edge[edges] = 1.0;
-  std::size_t found = 0;
+  const MonotonePieces pieces = monotone_pieces(c);
   const auto f = [&c](double u) { return c.value(u); };
-  for (std::size_t i = 0; i < edges; ++i)
-    if ((f(edge[i]) < 0.0) != (f(edge[i + 1]) < 0.0) && found < 3) out[found++] = bisect(f, edge[i], edge[i + 1]);
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < pieces.count; ++i)
+    if ((f(pieces.edge[i]) < 0.0) != (f(pieces.edge[i + 1]) < 0.0) && found < 3)
+      out[found++] = bisected(f, pieces.edge[i], pieces.edge[i + 1]);
   return found;
 }
 

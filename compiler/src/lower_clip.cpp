@@ -18,16 +18,6 @@ using lang::Unit;
 
 namespace {
 
-/// Carriers of an entry that is played alone: median lengths of what it spreads over (NCSLGR corpus): content
-/// questions 1300 ms, negated phrases 1033 ms, topics 633 ms, utterance-final signs 400 ms.
-std::int64_t carrier_ns(const Declaration& entry) {
-  const std::string_view spreads = spreading_of(entry);
-  if (spreads == "clause") return 1'300'000'000;
-  if (spreads == "phrase") return 1'033'000'000;
-  if (spreads == "topic") return 633'000'000;
-  return 400'000'000;
-}
-
 Scope default_scope(const Declaration& d, Evaluator& evaluator, bool& good) {
   Scope outer;
   outer.file = d.file;
@@ -170,39 +160,12 @@ class UtteranceLowering {
   void use(const Declaration& e, std::string_view label, NodeRef call, const Span& span, NodeRef options) {
     clip_.markers.push_back({span.start_ns, std::string(label), program::MarkerKind::use_start});
     clip_.markers.push_back({span.end_ns, std::string(label), program::MarkerKind::use_end});
-    const NodeRef params = e.node.child(NodeKind::params);
-    double intensity = 1.0;
-    std::optional<Scope> inner;
-    if (!params && call && call.child(NodeKind::argument)) {
-      // Every entry has an intensity, declared or not: neg(60%).
-      const NodeRef a = call.child(NodeKind::argument);
-      const NodeRef given = a.at(a.has(lang::kFlagNamed) ? 1 : 0);
-      const auto value = given ? evaluator_.arithmetic(given, scope_) : std::nullopt;
-      // A bracket is a call too, and its signs come after its arguments.
-      for (NodeRef other : call.children())
-        if (other.is(NodeKind::argument) && other != a) {
-          evaluator_.report(scope_, other,
-                            UnexpectedArgument{std::string(e.name), std::string(other.text()), {"intensity"}});
-          return;
-        }
-      if (!value || !value->word.empty() || value->quantity.unit != Unit::percent ||
-          (a.has(lang::kFlagNamed) && a.at(0).text() != "intensity")) {
-        evaluator_.report(scope_, a, UnexpectedArgument{std::string(e.name), std::string(a.text()), {"intensity"}});
-        return;
-      }
-      if (value->quantity.value < 0.0) {
-        evaluator_.report(scope_, a, OutOfRange{std::string(a.text()), "0% and above"});
-        return;
-      }
-      intensity = value->quantity.value;
-      inner = Scope{e.file, {}, scope_.left_handed};
-    } else {
-      inner = evaluator_.bind(call, false, e.name, params, e.file, scope_);
-    }
-    if (!inner) return;
+    const auto bound = bind_entry(e, call, scope_, evaluator_);
+    if (!bound) return;
     Timing timing = read_timing(options, scope_, evaluator_, false);
     timing.profile = read_profile(options, span, {tier_.empty() ? nullptr : &tier_, whole_}, scope_, evaluator_);
-    schedule_entry(clip_, e, *inner, span, timing, intensity, tier_.empty() ? nullptr : &tier_, evaluator_);
+    schedule_entry(clip_, e, bound->scope, span, timing, bound->intensity, tier_.empty() ? nullptr : &tier_,
+                   evaluator_);
   }
 
   void bracket(const Bracket& b) {
@@ -403,6 +366,50 @@ class UtteranceLowering {
 
 }  // namespace
 
+std::int64_t carrier_ns(const Declaration& entry) {
+  // Median lengths of what entries spread over (NCSLGR corpus): content questions 1300 ms, negated phrases 1033 ms,
+  // topics 633 ms, utterance-final signs 400 ms.
+  const std::string_view spreads = spreading_of(entry);
+  if (spreads == "clause") return 1'300'000'000;
+  if (spreads == "phrase") return 1'033'000'000;
+  if (spreads == "topic") return 633'000'000;
+  return 400'000'000;
+}
+
+std::optional<EntryUse> bind_entry(const Declaration& e, NodeRef call, const Scope& scope, Evaluator& evaluator) {
+  const NodeRef params = e.node.child(NodeKind::params);
+  double intensity = 1.0;
+  std::optional<Scope> inner;
+  if (!params && call && call.child(NodeKind::argument)) {
+    // Every entry has an intensity, declared or not: neg(60%).
+    const NodeRef a = call.child(NodeKind::argument);
+    const NodeRef given = a.at(a.has(lang::kFlagNamed) ? 1 : 0);
+    const auto value = given ? evaluator.arithmetic(given, scope) : std::nullopt;
+    // A bracket is a call too, and its signs come after its arguments.
+    for (NodeRef other : call.children())
+      if (other.is(NodeKind::argument) && other != a) {
+        evaluator.report(scope, other,
+                         UnexpectedArgument{std::string(e.name), std::string(other.text()), {"intensity"}});
+        return std::nullopt;
+      }
+    if (!value || !value->word.empty() || value->quantity.unit != Unit::percent ||
+        (a.has(lang::kFlagNamed) && a.at(0).text() != "intensity")) {
+      evaluator.report(scope, a, UnexpectedArgument{std::string(e.name), std::string(a.text()), {"intensity"}});
+      return std::nullopt;
+    }
+    if (value->quantity.value < 0.0) {
+      evaluator.report(scope, a, OutOfRange{std::string(a.text()), "0% and above"});
+      return std::nullopt;
+    }
+    intensity = value->quantity.value;
+    inner = Scope{e.file, {}, scope.left_handed};
+  } else {
+    inner = evaluator.bind(call, false, e.name, params, e.file, scope);
+  }
+  if (!inner) return std::nullopt;
+  return EntryUse{std::move(*inner), intensity};
+}
+
 std::optional<ClipDraft> lower_expression(const Declaration& d, Evaluator& evaluator) {
   bool good = true;
   const Scope scope = default_scope(d, evaluator, good);
@@ -427,6 +434,10 @@ std::optional<ClipDraft> lower_timeline(const Declaration& d, Evaluator& evaluat
   bool good = true;
   const Scope scope = default_scope(d, evaluator, good);
   if (!good) return std::nullopt;
+  return lower_timeline(d, scope, evaluator);
+}
+
+std::optional<ClipDraft> lower_timeline(const Declaration& d, const Scope& scope, Evaluator& evaluator) {
   ClipDraft clip;
   clip.name = d.name;
   clip.kind = program::ClipKind::timeline;
@@ -478,14 +489,19 @@ std::optional<ClipDraft> lower_utterance(const Declaration& d, Evaluator& evalua
 
 std::optional<ClipDraft> lower_entry(const Declaration& d, Evaluator& evaluator) {
   bool good = true;
-  const Scope scope = default_scope(d, evaluator, good);
+  Scope scope = default_scope(d, evaluator, good);
   if (!good) return std::nullopt;
+  return lower_entry(d, {std::move(scope), 1.0}, carrier_ns(d), evaluator);
+}
+
+std::optional<ClipDraft> lower_entry(const Declaration& d, const EntryUse& use, std::int64_t length_ns,
+                                     Evaluator& evaluator) {
   ClipDraft clip;
   clip.name = d.name;
   clip.kind = program::ClipKind::entry;
-  const Span span{0, carrier_ns(d), kUnreachable, kUnreachable};
+  const Span span{0, length_ns, kUnreachable, kUnreachable};
   clip.end_ns = span.end_ns;
-  schedule_entry(clip, d, scope, span, {}, 1.0, nullptr, evaluator);
+  schedule_entry(clip, d, use.scope, span, {}, use.intensity, nullptr, evaluator);
   finish_extent(clip);
   return clip;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 
 #include "schedule.h"
@@ -10,7 +11,23 @@ namespace nms::compiler {
 [[nodiscard]] std::optional<ClipDraft> lower_expression(const Declaration& d, Evaluator& evaluator);
 [[nodiscard]] std::optional<ClipDraft> lower_timeline(const Declaration& d, Evaluator& evaluator);
 [[nodiscard]] std::optional<ClipDraft> lower_utterance(const Declaration& d, Evaluator& evaluator);
+[[nodiscard]] std::optional<ClipDraft> lower_timeline(const Declaration& d, const Scope& scope, Evaluator& evaluator);
+
+/// An entry's parameters, and what scales all of it: every entry has an intensity, declared or not, neg(60%).
+struct EntryUse {
+  Scope scope;
+  double intensity = 1.0;
+};
+/// @param call  its `argument` children are the use's; may not exist
+[[nodiscard]] std::optional<EntryUse> bind_entry(const Declaration& e, lang::NodeRef call, const Scope& scope,
+                                                 Evaluator& evaluator);
+/// The length of the carrier that an entry is played alone over.
+[[nodiscard]] std::int64_t carrier_ns(const Declaration& entry);
+
 /// An entry played alone, over a carrier of measured length, without signs.
 [[nodiscard]] std::optional<ClipDraft> lower_entry(const Declaration& d, Evaluator& evaluator);
+/// The same over a carrier of that length.
+[[nodiscard]] std::optional<ClipDraft> lower_entry(const Declaration& d, const EntryUse& use, std::int64_t length_ns,
+                                                   Evaluator& evaluator);
 
 }  // namespace nms::compiler
