@@ -37,7 +37,18 @@ int dump(const GlobalOptions& global, const std::string& file);
 
 int format(const GlobalOptions& global, const std::vector<std::string>& files, bool check_only);
 
+/// Overbar notation of every utterance, or of one clip if `clip` is not empty.
+int gloss(const GlobalOptions& global, const std::string& file, const std::string& clip);
+
 int list(const GlobalOptions& global, const std::vector<std::string>& files);
+
+struct PlotOptions {
+  std::string file;
+  std::string clip;
+  std::string output;  ///< "-": standard output
+  int width = 1000;    ///< [px]
+};
+int plot(const GlobalOptions& global, const PlotOptions& options);
 
 struct SampleOptions {
   std::string file;

@@ -94,6 +94,25 @@ int main(int argc, char** argv) try {
   list_command->add_option("FILE", files, "Sources, or one compiled .auc")->required();
   list_command->callback([&] { chosen = [&] { return list(global, files); }; });
 
+  std::string gloss_clip;
+  CLI::App* gloss_command = app.add_subcommand("gloss", "Print utterances in overbar notation");
+  gloss_command->add_option("FILE", file, "A source or a compiled .auc")->required();
+  gloss_command->add_option("--clip", gloss_clip, "Only this clip")->type_name("NAME");
+  gloss_command->callback([&] { chosen = [&] { return gloss(global, file, gloss_clip); }; });
+
+  PlotOptions plot_options;
+  CLI::App* plot_command = app.add_subcommand("plot", "Draw a clip's signs, bars and curves as SVG");
+  plot_command->add_option("FILE", plot_options.file, "A source or a compiled .auc")->required();
+  plot_command->add_option("--clip", plot_options.clip, "The clip")->required()->type_name("NAME");
+  plot_command->add_option("-o,--output", plot_options.output, "The .svg to write; - is standard output")
+      ->required()
+      ->type_name("OUT.svg");
+  plot_command->add_option("--width", plot_options.width, "Pixels across")
+      ->check(CLI::Range(400, 20000))
+      ->type_name("PX")
+      ->capture_default_str();
+  plot_command->callback([&] { chosen = [&] { return plot(global, plot_options); }; });
+
   SampleOptions sample_options;
   CLI::App* sample_command = app.add_subcommand("sample", "Print a clip's action units over time, as CSV");
   sample_command->add_option("FILE", sample_options.file, "A source or a compiled .auc")->required();
