@@ -332,9 +332,8 @@ std::vector<float> mirrored(const program::Program& p, const std::vector<float>&
   return out;
 }
 
-// Muscles mirror to a micrometre. Where lips touch, the columns that keep them apart count the midline's points to the
-// left half only, which leaves up to a tenth of a millimetre there.
-constexpr float kMirrorTolerance_m = 1e-4F;
+// Left mirrors right to a micrometre: rounding, no more.
+constexpr float kMirrorTolerance_m = 1e-6F;
 
 void check_mixture(const Bound& b, runtime::Pose& pose, const std::vector<float>& values, const std::string& what) {
   runtime::pose_face(ada(), b.rig, values, pose);

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include <nms/compiler/compile.h>
+#include <nms/compiler/test.h>
 #include <nms/lang/render.h>
 #include <nms/program/text.h>
 
@@ -78,5 +79,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   require(draft.has_value() == (diagnostics.error_count() == 0));
   require(!lang::render_text(diagnostics, false).empty() || diagnostics.all().empty());
   if (draft) require(program::Image::from(*draft).has_value());
+  lang::Diagnostics of_tests;
+  for (const compiler::TestResult& test : compiler::run_tests({root}, library, of_tests))
+    for (const compiler::Expectation& e : test.expectations)
+      if (!e.passed) compiler::report_failure(e, of_tests);
+  require(draft.has_value() || of_tests.error_count() != 0);
   return 0;
 }

@@ -438,15 +438,18 @@ void RigParts::make_lips() {
   lowest.fill(kNoPoint);
   highest.fill(kNoPoint);
   const double width = 2.0 * widest / kLipColumns;
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    const double x = points[i].x;
-    // By |x|, so that columns mirror.
-    const int step = std::min(static_cast<int>(std::abs(x) / width), kLipColumns / 2 - 1);
-    const auto column = static_cast<std::size_t>(x >= 0.0 ? kLipColumns / 2 + step : kLipColumns / 2 - 1 - step);
-    std::uint32_t& low = lowest[column];
-    std::uint32_t& high = highest[column];
+  const auto offer = [&](std::uint32_t i, int column) {
+    std::uint32_t& low = lowest[static_cast<std::size_t>(column)];
+    std::uint32_t& high = highest[static_cast<std::size_t>(column)];
     if (upper[i] >= kMarginShare && (low == kNoPoint || points[i].y < points[low].y)) low = i;
     if (lower[i] >= kMarginShare && (high == kNoPoint || points[i].y > points[high].y)) high = i;
+  };
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const double x = points[i].x;
+    // By |x|, so that columns mirror; a point of the midline stands in the innermost column of both sides.
+    const int step = std::min(static_cast<int>(std::abs(x) / width), kLipColumns / 2 - 1);
+    if (x >= 0.0) offer(i, kLipColumns / 2 + step);
+    if (x <= 0.0) offer(i, kLipColumns / 2 - 1 - step);
   }
   for (std::size_t c = 0; c < kLipColumns; ++c) {
     if (lowest[c] == kNoPoint || highest[c] == kNoPoint) continue;
