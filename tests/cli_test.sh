@@ -295,7 +295,7 @@ case = suites[1][1]
 assert "a <smile> & " in case.attrib["name"] and case.attrib["line"] == "3", case.attrib
 assert len(case) == 1 and "expectation_failed" in case[0].text and "\n" in case[0].text
 assert all(c.attrib["time"] == "0" for c in root.iter("testcase"))'
-  printf 'test "bell\\001 \\xef\\xbf\\xbf" {\\n  play blink\\n  expect AU45 never\\n}\\n' >bell.nms
+  printf 'test "bell\001 \xef\xbf\xbf" {\n  play blink\n  expect AU45 never\n}\n' >bell.nms
   expect 1 "JUnit of what XML cannot say" "$nmsc" test bell.nms --junit bell.xml
   holds "JUnit of what XML cannot say parses" python3 -c 'import xml.etree.ElementTree as e; e.parse("bell.xml")'
   expect 1 "JSON of failed tests" "$nmsc" --error-format=json test passes.nms tests.nms
