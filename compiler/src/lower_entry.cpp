@@ -129,6 +129,10 @@ void schedule_component(ClipDraft& clip, NodeRef placement, Placed base, double 
   if (!movement) return;
   scale(*movement, intensity);
   const NodeRef options = placement.child(NodeKind::options);
+  if (options && movement->pose.empty() && movement->sequences.empty())
+    for (NodeRef p : options.children())
+      if (is_property(p) && p.at(0).text() == "held")
+        evaluator.report(scope, p, BadProperty{"held", std::string(base.name), "a pose or steps"});
   if (options && options.child(NodeKind::profile)) {
     Span span = base.span;
     if (base.extent != Extent::span && !base.fill && movement->pose.empty())
@@ -214,7 +218,7 @@ void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scop
                        UnknownProperty{std::string(item.at(0).text()),
                                        "an entry",
                                        {"label", "alias", "meaning", "source", "evidence", "spreads", "onset", "offset",
-                                        "lead", "lag", "easing", "profile"}});
+                                        "lead", "lag", "easing", "profile", "held"}});
     schedule_item(clip, item, base, intensity, scope, context, evaluator);
   }
 }

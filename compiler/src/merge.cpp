@@ -1,6 +1,9 @@
 #include "merge.h"
 
 #include <algorithm>
+#include <deque>
+
+#include "coarticulation.h"
 
 namespace nms::compiler {
 namespace {
@@ -65,7 +68,9 @@ Curve latest_of(const std::vector<const Contribution*>& group) {
   return done;
 }
 
-Curve merge_group(std::vector<const Contribution*> group, const ChannelInfo& channel, program::MergeOperator op) {
+Curve merge_group(std::vector<const Contribution*> group, const ChannelInfo& channel, program::MergeOperator op,
+                  std::deque<Contribution>& made) {
+  coarticulate(group, op, made);
   Curve out;
   if (op == program::MergeOperator::latest) {
     std::stable_sort(group.begin(), group.end(),
@@ -81,8 +86,8 @@ Curve merge_group(std::vector<const Contribution*> group, const ChannelInfo& cha
   return clamped(out, channel.low(), 1.0);
 }
 
-Curve merge_channel(const std::vector<const Contribution*>& all, const ChannelInfo& channel,
-                    program::MergeOperator op) {
+Curve merge_channel(const std::vector<const Contribution*>& all, const ChannelInfo& channel, program::MergeOperator op,
+                    std::deque<Contribution>& made) {
   std::vector<const Contribution*> layer[kLayerCount];
   std::vector<const Contribution*> stated;
   const std::vector<bool> repeats = repeats_of_another(all);
@@ -96,14 +101,14 @@ Curve merge_channel(const std::vector<const Contribution*>& all, const ChannelIn
   Curve base;
   for (const auto& group : layer) {
     if (group.empty()) continue;
-    const Curve c = merge_group(group, channel, op);
+    const Curve c = merge_group(group, channel, op, made);
     if (base.empty())
       base = c;
     else
       base = channel.is_axis() ? add(base, c) : either(base, c);
   }
   if (!stated.empty()) {
-    const Curve over = merge_group(stated, channel, op);
+    const Curve over = merge_group(stated, channel, op, made);
     if (base.empty()) {
       base = over;
     } else {
@@ -133,9 +138,11 @@ std::vector<MergedCurve> merge(const ClipDraft& clip, const Channels& channels) 
     if (j - i == 1) {
       merged.curve = clamped(order[i]->curve, channel.low(), 1.0);
     } else {
-      merged.curve = merge_channel(
-          {order.begin() + static_cast<std::ptrdiff_t>(i), order.begin() + static_cast<std::ptrdiff_t>(j)}, channel,
-          channels.tracks[channel.track].merge);
+      std::vector<const Contribution*> all(order.begin() + static_cast<std::ptrdiff_t>(i),
+                                           order.begin() + static_cast<std::ptrdiff_t>(j));
+      std::deque<Contribution> made;
+      end_held(all, made);
+      merged.curve = merge_channel(all, channel, channels.tracks[channel.track].merge, made);
     }
     simplify(merged.curve);
     out.push_back(std::move(merged));

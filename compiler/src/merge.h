@@ -14,6 +14,8 @@ struct MergedCurve {
 };
 
 /// Merges all contributions of a clip, channel by channel:
+///  0. what is held goes where another comes, and poses of one layer that follow each other are joined from apex to
+///     apex (coarticulation.h);
 ///  1. within a layer by the track's operator: strongest is the maximum; sum adds (axes always add); latest lets the
 ///     later to start take the place of the earlier, as far as its envelope says;
 ///  2. between layers, action units by v = 1 - prod(1 - v_i), axes by addition;

@@ -1,5 +1,7 @@
 #include "merge.h"
 
+#include "coarticulation.h"
+
 #include <algorithm>
 #include <random>
 
@@ -47,6 +49,15 @@ Contribution contribution(const Shape& s, double more = 0.0) {
   c.stated = s.stated;
   c.start_ns = s.start * kMs;
   c.end_ns = s.end * kMs;
+  return c;
+}
+
+/// The same as a pose, whose phases are known.
+Contribution pose(const Shape& s, double more = 0.0) {
+  Contribution c = contribution(s, more);
+  c.pose = true;
+  c.apex_ns = s.onset * kMs;
+  c.release_ns = s.release * kMs;
   return c;
 }
 
@@ -215,12 +226,110 @@ TEST(Merge, a_motion_within_another_of_its_name_is_left_out) {
   EXPECT_NEAR(merged({named(across, "shake"), named(outer, "shake")}, channels).value(1000 * kMs), 0.3, 1e-12);
 }
 
+/// Poses that follow one another closely: the next begins about where the one before goes.
+std::vector<Shape> train(Random& random, bool axis) {
+  std::vector<Shape> shapes;
+  std::int64_t at = 0;
+  const Layer layer = static_cast<Layer>(random.below(kLayerCount));
+  for (int n = 2 + random.below(5); n > 0; --n) {
+    Shape s = random.shape(axis, false);
+    s.start = at;
+    s.onset = s.start + random.below(300);
+    s.release = s.onset + 1 + random.below(300);
+    s.end = s.release + random.below(300);
+    s.layer = layer;
+    at = s.onset + random.below(static_cast<int>(s.end - s.onset) + 200);
+    shapes.push_back(s);
+  }
+  return shapes;
+}
+
+TEST(Coarticulation, poses_in_a_train_stay_in_range_and_more_is_never_less) {
+  Random random(6);
+  for (const Case& k : kCases) {
+    const Channels channels = one_channel(k.op, k.axis);
+    for (int i = 0; i < 200; ++i) {
+      const std::vector<Shape> shapes = train(random, k.axis);
+      const int raised = random.below(static_cast<int>(shapes.size()));
+      std::vector<Contribution> before, after;
+      for (int n = 0; n < static_cast<int>(shapes.size()); ++n) {
+        before.push_back(pose(shapes[n]));
+        after.push_back(pose(shapes[n], n == raised ? 0.3 : 0.0));
+      }
+      const Curve a = merged(before, channels), b = merged(after, channels);
+      for (std::int64_t t = 0; t < 5500; t += 7) {
+        ASSERT_GE(a.value(t * kMs), (k.axis ? -1.0 : 0.0) - kFitTolerance);
+        ASSERT_LE(a.value(t * kMs), 1.0 + kFitTolerance);
+        ASSERT_GE(b.value(t * kMs), a.value(t * kMs) - kTolerance)
+            << "operator " << static_cast<int>(k.op) << " axis " << k.axis << " at " << t;
+      }
+    }
+  }
+}
+
+TEST(Coarticulation, the_strongest_is_never_undercut) {
+  Random random(7);
+  const Channels channels = one_channel(program::MergeOperator::strongest, false);
+  for (int i = 0; i < 300; ++i) {
+    std::vector<Contribution> poses;
+    for (const Shape& s : train(random, false)) poses.push_back(pose(s));
+    const Curve c = merged(poses, channels);
+    for (std::int64_t t = 0; t < 5500; t += 7) {
+      double strongest = 0.0;
+      for (const Contribution& one : poses) strongest = std::max(strongest, one.curve.value(t * kMs));
+      ASSERT_GE(c.value(t * kMs), strongest - 1e-6) << t;
+    }
+  }
+}
+
+TEST(Coarticulation, an_offset_into_an_onset_is_one_cubic_from_apex_to_apex) {
+  for (const Case& k : kCases) {
+    const Channels channels = one_channel(k.op, k.axis);
+    const double second = k.axis ? -0.4 : 0.4;
+    const Curve c = merged({pose({0, 100, 500, 700, 0.8, Layer::lexical, false}),
+                            pose({600, 750, 1000, 1100, second, Layer::lexical, false})},
+                           channels);
+    Curve way;
+    ease_to(way, 500 * kMs, 0.8, Easing::smooth, 0);
+    ease_to(way, 750 * kMs, second, Easing::smooth, 0);
+    for (std::int64_t t = 500; t <= 750; t += 5) ASSERT_NEAR(c.value(t * kMs), way.value(t * kMs), 1e-12) << t;
+    for (const CurveKnot& knot : c.knots) EXPECT_FALSE(knot.time_ns > 500 * kMs && knot.time_ns < 750 * kMs);
+  }
+}
+
+TEST(Coarticulation, a_value_is_held_through_if_it_is_away_for_less_than_measured) {
+  for (const Case& k : kCases) {
+    const Channels channels = one_channel(k.op, k.axis);
+    const auto between = [&](std::int64_t away) {
+      return merged({pose({0, 50, 500, 550, 0.6, Layer::lexical, false}),
+                     pose({500 + away - 50, 500 + away, 1500, 1600, 0.6, Layer::lexical, false})},
+                    channels)
+          .value((500 + away / 2) * kMs);
+    };
+    EXPECT_EQ(kHeldThroughNs, 250 * kMs);
+    EXPECT_NEAR(between(240), 0.6, 1e-12);
+    EXPECT_NEAR(between(260), 0.0, 1e-12);
+  }
+}
+
+TEST(Coarticulation, poses_of_two_layers_are_not_joined) {
+  const Channels channels = one_channel(program::MergeOperator::strongest, false);
+  const Curve c = merged(
+      {pose({0, 50, 500, 550, 0.6, Layer::lexical, false}), pose({600, 650, 1500, 1600, 0.6, Layer::syntactic, false})},
+      channels);
+  EXPECT_NEAR(c.value(575 * kMs), 0.0, 1e-12);
+}
+
 TEST(Merge, many_contributions_take_no_more_than_n_log_n) {
   for (const Case& k : kCases) {
     const Channels channels = one_channel(k.op, k.axis);
     std::vector<Contribution> all;
     for (std::int64_t i = 0; i < 20'000; ++i)
       all.push_back(contribution({i * 30, i * 30 + 10, i * 30 + 20, i * 30 + 30, 0.5, Layer::lexical, false}));
+    std::vector<Contribution> poses;
+    for (std::int64_t i = 0; i < 20'000; ++i)
+      poses.push_back(pose({i * 30, i * 30 + 10, i * 30 + 20, i * 30 + 30, 0.5, Layer::lexical, false}));
+    EXPECT_NEAR(merged(poses, channels).value(10'000 * 30 * kMs), 0.5, 1e-12);
     const Curve c = merged(all, channels);  // a quadratic merge takes minutes: the test's time limit is the check
     EXPECT_NEAR(c.value(19'999 * 30 * kMs + 15 * kMs), 0.5, 1e-12);
     EXPECT_NEAR(c.value(10'000 * 30 * kMs), 0.0, 1e-12);

@@ -31,14 +31,14 @@ std::uint32_t source_of(ClipDraft& clip, NodeRef node, std::string_view entry) {
   return static_cast<std::uint32_t>(clip.sources.size() - 1);
 }
 
-/// 0 -> 1 -> 0 with the phases' easing.
+/// 0 -> 1 -> 0 with the phases' easing; without the way back if it is held.
 Curve trapezoid(std::int64_t t0, std::int64_t t1, std::int64_t t2, std::int64_t t3, double value, Easing easing,
-                std::uint32_t source) {
+                std::uint32_t source, bool held = false) {
   Curve c;
   ease_to(c, t0, 0.0, easing, source);
   ease_to(c, t1, value, easing, source);
   ease_to(c, t2, value, Easing::smooth, source);
-  ease_to(c, t3, 0.0, easing, source);
+  if (!held) ease_to(c, t3, 0.0, easing, source);
   return c;
 }
 
@@ -82,8 +82,14 @@ void place_pose(ClipDraft& clip, const Pose& pose, const Placed& placed, const S
     Contribution c;
     c.channel = a.channel;
     const Easing easing = t.easing.value_or(Easing::smooth);
-    c.curve = trapezoid(begin, begin + onset, release, release + offset, a.value, easing, source);
-    c.envelope = trapezoid(begin, begin + onset, release, release + offset, 1.0, easing, source);
+    if (t.held) offset = 0;
+    c.curve = trapezoid(begin, begin + onset, release, release + offset, a.value, easing, source, t.held);
+    c.envelope = trapezoid(begin, begin + onset, release, release + offset, 1.0, easing, source, t.held);
+    c.apex_ns = begin + onset;
+    c.release_ns = release;
+    c.easing = easing;
+    c.pose = true;
+    c.held = t.held;
     c.layer = placed.layer;
     c.stated = placed.stated;
     c.start_ns = begin;
@@ -101,6 +107,7 @@ void place_pose(ClipDraft& clip, const Pose& pose, const Placed& placed, const S
     const std::string name(placed.name);
     clip.markers.push_back({begin, name, program::MarkerKind::onset});
     clip.markers.push_back({begin + marked_onset, name, program::MarkerKind::apex});
+    if (t.held) return;
     clip.markers.push_back({release, name, program::MarkerKind::release});
     clip.markers.push_back({release + marked_offset, name, program::MarkerKind::offset});
   }
@@ -213,7 +220,8 @@ void place_sequence(ClipDraft& clip, const Sequence& s, const Placed& placed, co
   }
   for (int i = 0; i < repeats; ++i) {
     if (!room_left(clip, placed, scope, evaluator)) return;
-    play_sequence(clip, s, begin + i * duration, duration, true, placed, evaluator);
+    play_sequence(clip, s, begin + i * duration, duration, !(placed.timing.held && i + 1 == repeats), placed,
+                  evaluator);
   }
   clip.markers.push_back({begin, std::string(placed.name), program::MarkerKind::onset});
   clip.markers.push_back({begin + repeats * duration, std::string(placed.name), program::MarkerKind::release});
@@ -236,6 +244,7 @@ Timing Timing::over(const Timing& farther) const {
   if (!t.lead_ns) t.lead_ns = farther.lead_ns;
   if (!t.lag_ns) t.lag_ns = farther.lag_ns;
   if (!t.easing) t.easing = farther.easing;
+  t.held = t.held || farther.held;
   if (!t.profile) t.profile = farther.profile;
   return t;
 }
@@ -267,12 +276,16 @@ Timing read_timing(NodeRef parent, const Scope& scope, Evaluator& evaluator, boo
       *slot = q->nanoseconds;
     } else if (name == "easing") {
       t.easing = evaluator.easing(value, scope);
-    } else if (name == "held" || name == "apex") {
+    } else if (name == "held") {
+      if (value) evaluator.report(scope, p, BadProperty{"held", std::string(value.text()), "no value"});
+      t.held = true;
+    } else if (name == "apex") {
       evaluator.report(scope, p, NotCompiled{std::string(name)});
     } else if (!entry_properties) {
       evaluator.report(
           scope, p.at(0),
-          UnknownProperty{std::string(name), "a component", {"onset", "offset", "lead", "lag", "easing", "profile"}});
+          UnknownProperty{
+              std::string(name), "a component", {"onset", "offset", "lead", "lag", "easing", "profile", "held"}});
     }
   }
   return t;
@@ -327,7 +340,9 @@ void play_sequence(ClipDraft& clip, const Sequence& sequence, std::int64_t start
       ease_to(c.curve, last, 0.0, Easing::smooth, sources[n - 1]);
     }
     const std::int64_t ramp = std::min(track.onset_ns, (last - start_ns) / 4);
-    c.envelope = trapezoid(start_ns, start_ns + ramp, last - ramp, last, 1.0, Easing::smooth, sources[0]);
+    c.held = placed.timing.held && !rest;
+    c.release_ns = last;
+    c.envelope = trapezoid(start_ns, start_ns + ramp, last - ramp, last, 1.0, Easing::smooth, sources[0], c.held);
     c.layer = placed.layer;
     c.stated = placed.stated;
     c.start_ns = start_ns;

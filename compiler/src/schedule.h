@@ -30,6 +30,11 @@ struct Contribution {
   bool stated = false;  ///< stated by the utterance itself: replaces what entries supply
   std::int64_t start_ns = 0;
   std::int64_t end_ns = 0;
+  std::int64_t apex_ns = 0;     ///< of a pose: its onset ends here
+  std::int64_t release_ns = 0;  ///< of a pose and of what is held: it goes, or would go, from here
+  Easing easing = Easing::smooth;
+  bool pose = false;
+  bool held = false;        ///< no offset: it stands until another comes
   std::string_view motion;  ///< of an oscillation: its name; the same motion asked for twice is one
 };
 
@@ -37,6 +42,7 @@ struct Contribution {
 struct Timing {
   std::optional<std::int64_t> onset_ns, offset_ns, lead_ns, lag_ns;
   std::optional<Easing> easing;
+  bool held = false;             ///< no offset: the value stands at the end of the clip
   std::optional<Curve> profile;  ///< factors over time, straight between its points
 
   /// What is not written here is taken from `farther`.
