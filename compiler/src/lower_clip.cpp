@@ -148,7 +148,7 @@ class UtteranceLowering {
 
   void sign_markers() {
     for (const Sign& s : tier_.signs) {
-      const std::string name(s.alias.empty() ? s.gloss : s.alias);
+      const std::string name(s.gloss);  // an alias only tells signs apart in the source
       clip_.markers.push_back({s.start_ns, name, program::MarkerKind::sign_start});
       if (s.stroke_end_ns != s.end_ns)
         clip_.markers.push_back({s.stroke_end_ns, name, program::MarkerKind::stroke_end});
