@@ -346,6 +346,23 @@ for name in de_DE.UTF-8 de_DE.utf8; do
   LC_ALL=$name "$nmsc" dump good.nms >out 2>err
   holds "the same in $name" cmp out dumped
 done
+
+# ---- Pictures and overbar text
+expect 0 "plot" "$nmsc" plot good.nms --clip look -o look.svg
+silent plot out
+expect 0 "plot to standard output" "$nmsc" plot good.nms --clip look -o -
+holds "plot writes one picture wherever it goes" cmp out look.svg
+expect 1 "plot of no such clip" "$nmsc" plot good.nms --clip loko -o no.svg
+says "plot of no such clip" "did you mean look?"
+holds "plot of no such clip writes nothing" test ! -e no.svg
+expect 1 "plot into no folder" "$nmsc" plot good.nms --clip look -o nowhere/look.svg
+expect 2 "plot without a clip" "$nmsc" plot good.nms -o -
+expect 2 "plot too narrow" "$nmsc" plot good.nms --clip look --width 10 -o -
+expect 0 "gloss without utterances" "$nmsc" gloss good.nms
+silent "gloss without utterances" out
+expect 1 "gloss of no utterance" "$nmsc" gloss good.nms --clip look
+says "gloss of no utterance" no_signs
+expect 1 "gloss of no such clip" "$nmsc" gloss good.nms --clip loko
 no_leftovers "all of this"
 
 echo "$count checks, $failed wrong"
