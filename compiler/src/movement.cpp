@@ -23,7 +23,7 @@ constexpr std::uint64_t kMaxWorkInAll = 20'000'000;
 constexpr std::size_t kMaxDepth = 64;
 constexpr std::size_t kMaxSequences = 1'000;
 /// Brackets open at once, over all definitions on the way: the stack is finite.
-constexpr std::uint32_t kMaxBrackets = 2'000;
+constexpr std::uint32_t kMaxBrackets = 300;
 
 void scale_pose(Pose& pose, double factor) {
   for (Amount& a : pose) a.value *= factor;
