@@ -157,15 +157,17 @@ class UtteranceLowering {
   }
 
   /// @param label  what the author calls the entry here
-  void use(const Declaration& e, std::string_view label, NodeRef call, const Span& span, NodeRef options) {
+  /// @param here  the word that says so, or the sign that it comes with
+  void use(const Declaration& e, std::string_view label, NodeRef here, NodeRef call, const Span& span,
+           NodeRef options) {
     clip_.markers.push_back({span.start_ns, std::string(label), program::MarkerKind::use_start});
     clip_.markers.push_back({span.end_ns, std::string(label), program::MarkerKind::use_end});
     const auto bound = bind_entry(e, call, scope_, evaluator_);
     if (!bound) return;
     Timing timing = read_timing(options, scope_, evaluator_, false);
     timing.profile = read_profile(options, span, {tier_.empty() ? nullptr : &tier_, whole_}, scope_, evaluator_);
-    schedule_entry(clip_, e, bound->scope, span, timing, bound->intensity, tier_.empty() ? nullptr : &tier_,
-                   evaluator_);
+    schedule_entry(clip_, e, bound->scope, span, timing, bound->intensity, tier_.empty() ? nullptr : &tier_, evaluator_,
+                   here);
   }
 
   void bracket(const Bracket& b) {
@@ -187,7 +189,7 @@ class UtteranceLowering {
                         UnknownName{"entry", std::string(b.label), evaluator_.similar(b.label, known)});
       return;
     }
-    use(*e, b.label, b.node, bracket_span(b), b.node.child(NodeKind::options));
+    use(*e, b.label, b.node.at(0), b.node, bracket_span(b), b.node.child(NodeKind::options));
   }
 
   void fire_for_signs() {
@@ -198,7 +200,7 @@ class UtteranceLowering {
       if (!gloss) continue;
       for (std::uint32_t i = 0; i < tier_.main_count(); ++i)
         if (tier_.signs[i].gloss == unquoted(gloss))
-          use(*e, e->name, {}, {tier_.signs[i].start_ns, tier_.signs[i].end_ns, i, i}, {});
+          use(*e, e->name, tier_.signs[i].node, {}, {tier_.signs[i].start_ns, tier_.signs[i].end_ns, i, i}, {});
     }
   }
 
@@ -298,8 +300,8 @@ class UtteranceLowering {
     }
     if (const NodeRef fill = item.child(NodeKind::fill))
       evaluator_.report(scope_, fill, UnknownProperty{"fill", "the use of an entry", {}});
-    use(*e, (call ? call.at(0) : item.child(NodeKind::sum).at(0).at(0)).text(), call, span,
-        item.child(NodeKind::options));
+    const NodeRef word = call ? call.at(0) : item.child(NodeKind::sum).at(0).at(0);
+    use(*e, word.text(), word, call, span, item.child(NodeKind::options));
   }
 
   void component(NodeRef item, const PlacementContext& context) {

@@ -189,7 +189,7 @@ void schedule_item(ClipDraft& clip, NodeRef item, const Placed& base, double int
 }  // namespace
 
 void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scope, const Span& span, const Timing& use,
-                    double intensity, const ManualTier* tier, Evaluator& evaluator) {
+                    double intensity, const ManualTier* tier, Evaluator& evaluator, NodeRef used) {
   if (entry.node.has(lang::kFlagError)) return;
   Layer layer = Layer::lexical;
   if (const NodeRef function = entry.node.child(NodeKind::function)) {
@@ -212,6 +212,7 @@ void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scop
   base.timing = use.over(own);
   base.layer = layer;
   base.entry = entry.name;
+  base.used = used;
   for (NodeRef item : entry.node.children()) {
     if (is_property(item) && !known_entry_property(item.at(0).text()))
       evaluator.report(scope, item.at(0),

@@ -11,8 +11,9 @@ namespace nms::compiler {
 [[nodiscard]] std::string_view spreading_of(const Declaration& entry);
 
 /// Schedules all components of an entry over a span. `scope` is the entry's own, arguments bound.
+/// @param used  its name or bracket in an utterance, for messages; none where it is played alone
 void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scope, const Span& span, const Timing& use,
-                    double intensity, const ManualTier* tier, Evaluator& evaluator);
+                    double intensity, const ManualTier* tier, Evaluator& evaluator, lang::NodeRef used = {});
 
 /// Whether the condition of a `when` or `unless` is met. Nothing: it is wrong or unclear, which has been reported.
 /// @param context  its `whole` is what `in span` means; without signs no sign is in anything

@@ -42,6 +42,13 @@ Curve trapezoid(std::int64_t t0, std::int64_t t1, std::int64_t t2, std::int64_t 
   return c;
 }
 
+/// Reports at a component what only the span of its use brings about.
+template <typename Kind>
+void report_in_use(const Scope& scope, const Placed& placed, Evaluator& evaluator, const Kind& kind) {
+  lang::Diagnostic& d = evaluator.report(scope, placed.node, kind);
+  if (placed.used) d.labels = {{placed.used.tree().source_pointer(), placed.used.range(), "used here"}};
+}
+
 bool room_left(ClipDraft& clip, const Placed& placed, const Scope& scope, Evaluator& evaluator) {
   for (; clip.counted < clip.contributions.size(); ++clip.counted)
     clip.knots += clip.contributions[clip.counted].curve.knots.size();
@@ -101,8 +108,8 @@ void place_pose(ClipDraft& clip, const Pose& pose, const Placed& placed, const S
     clip.contributions.push_back(std::move(c));
   }
   if (wanted > 0)
-    evaluator.report(scope, placed.node,
-                     PhasesShrunk{std::string(placed.name), milliseconds(wanted), milliseconds(release - begin)});
+    report_in_use(scope, placed, evaluator,
+                  PhasesShrunk{std::string(placed.name), milliseconds(wanted), milliseconds(release - begin)});
   if (marked_onset >= 0) {
     const std::string name(placed.name);
     clip.markers.push_back({begin, name, program::MarkerKind::onset});
@@ -170,8 +177,8 @@ void place_oscillation(ClipDraft& clip, const Oscillation& o, const Placed& plac
     }
     const double rate = cycles / length;
     if (rate > 1.2 * o.rate_hz || rate < 0.8 * o.rate_hz)
-      evaluator.report(
-          scope, placed.node,
+      report_in_use(
+          scope, placed, evaluator,
           RateChanged{std::string(placed.name), fmt::format("{:.6g}Hz", o.rate_hz), fmt::format("{:.4g}Hz", rate)});
   }
   const std::uint32_t source = source_of(clip, placed.node, placed.entry);
@@ -207,8 +214,8 @@ void place_sequence(ClipDraft& clip, const Sequence& s, const Placed& placed, co
       repeats = std::max(1, static_cast<int>(std::min(wanted, kMaxCycles) + 0.5));
       const double change = wanted / repeats;
       if (change > 1.25 || change < 1.0 / 1.2)
-        evaluator.report(
-            scope, placed.node,
+        report_in_use(
+            scope, placed, evaluator,
             RateChanged{std::string(placed.name), fmt::format("{:.4g}Hz", 1e9 / static_cast<double>(duration)),
                         fmt::format("{:.4g}Hz", 1e9 * repeats / static_cast<double>(span_end - begin))});
     }

@@ -94,6 +94,7 @@ struct Placed {
   Layer layer = Layer::syntactic;
   bool stated = false;
   std::string_view entry;  ///< of the lexicon, for the source map
+  lang::NodeRef used;      ///< where an utterance uses that entry, for messages; none where it is played alone
 };
 
 /// Puts a movement into a clip. Reports what does not fit.
