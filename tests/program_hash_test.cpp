@@ -46,7 +46,13 @@ class Library : public lang::SourceProvider {
     const fs::path beside = from.substr(0, library.size()) == library
                                 ? fs::path(from.substr(library.size())).parent_path() / name
                                 : fs::path(name);
-    const std::string key = beside.lexically_normal().generic_string();
+    // As the command does it: beside the using file, then in the library.
+    auto found = at(beside.lexically_normal().generic_string());
+    return found ? found : at(std::string(name));
+  }
+
+ private:
+  std::shared_ptr<const lang::Source> at(const std::string& key) {
     if (const auto it = known_.find(key); it != known_.end()) return it->second;
     std::optional<std::string> text;
     if (!folder_.empty()) {
@@ -56,10 +62,9 @@ class Library : public lang::SourceProvider {
         if (f.path == key) text = std::string(f.text);
     }
     if (!text) return nullptr;
-    return known_[key] = std::make_shared<const lang::Source>(library + key, std::move(*text));
+    return known_[key] = std::make_shared<const lang::Source>("stdlib/" + key, std::move(*text));
   }
 
- private:
   fs::path folder_;  ///< empty: the embedded files
   std::map<std::string, std::shared_ptr<const lang::Source>> known_;
 };
