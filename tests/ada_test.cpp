@@ -1,7 +1,7 @@
 // The face ada: what her file promises at rest, and what holds when her muscles pull.
 //
 // Against the scan (units of 10 mm; NMS_SCAN, or ../shared/data/faces/ict beside the source) the fit reached, by
-// tools/fit_face: scan to surface mean 0.072, p99 0.42, max 0.71 mm; surface to scan p99 0.22 mm.
+// tools/fit_face: scan to surface mean 0.069, p99 0.41, max 0.71 mm; surface to scan p99 0.23 mm.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -38,7 +38,7 @@ using namespace nms;
 namespace fs = std::filesystem;
 
 constexpr const char* kRecorded =
-    "recorded: scan to surface mean 0.072, p99 0.42, max 0.71 mm; surface to scan p99 0.22 mm";
+    "recorded: scan to surface mean 0.069, p99 0.41, max 0.71 mm; surface to scan p99 0.23 mm";
 
 std::string embedded(std::string_view path) {
   for (const auto& file : stdlib::embedded_files()) {
@@ -269,7 +269,7 @@ TEST(Ada, OnlyTheIntendedBordersAreOpen) {
 }
 
 // Ten: a side, two at the hairpin of the mouth's corner, and one each at the nostril, on the jaw, above the ear.
-TEST(Ada, HardlyFolds) { EXPECT_LE(fit_face::count_folds(ada()), 10U); }
+TEST(Ada, HardlyFolds) { EXPECT_LE(fit_face::count_folds(ada()), 8U); }
 
 // A seam is one vertex that both sides share. Two in one place would be a seam that can open.
 TEST(Ada, SeamsAreSharedVertices) {

@@ -31,7 +31,7 @@ constexpr double kLeastSeamTangential = 0.35;
 constexpr double kFairness = 1.5 * 0.014142135623730951;
 // A twist shows more than a bend.
 constexpr double kTwist = 1.4;
-constexpr double kTangentPlane = 0.3;
+constexpr double kTangentPlane = 1.0;
 constexpr double kFeature = 0.7;
 constexpr double kMidline = 1e3;  // as good as exact
 constexpr double kRingCut = 3.0;

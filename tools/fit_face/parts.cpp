@@ -86,21 +86,21 @@ glm::dvec3 mouth_bag(double u, double v) {
   return {31 * std::sin(a) * std::sin(p), -36 + 30 * std::sin(a) * std::cos(p), 71 - 31 * std::cos(a)};
 }
 
+// The bag's lower half again, for the jaw to take along: else an open mouth shows what is behind the head. [mm]
+glm::dvec3 mouth_floor(double u, double v) { return mouth_bag(0.25 + 0.5 * u, v); }
+
 // A dark ellipsoid over the nostril's inner end. [mm]
 Shape nostril_cap(const Model& m) {
   glm::dvec3 centre(0.0);
-  double top = -1e9;
   const std::uint32_t end = m.curve("ND");
   for (int i = 0; i < 16; ++i) {
     const glm::dvec3 p = m.curve_point(end, i) * kMillimetres;
     centre += p / 16.0;
-    top = std::max(top, p.y);
   }
   return [=](double u, double v) {
     const double p = -2 * pi * u;
     const double a = pi * v;
-    return glm::dvec3(centre.x, top, centre.z) +
-           glm::dvec3(6.5 * std::sin(a) * std::cos(p), 5.0 * std::cos(a), 8 * std::sin(a) * std::sin(p));
+    return centre + glm::dvec3(6.3 * std::sin(a) * std::cos(p), 1.5 + 6.0 * std::cos(a), 7 * std::sin(a) * std::sin(p));
   };
 }
 
@@ -138,6 +138,7 @@ void add_parts(const Model& m, const Materials& materials, runtime::FaceFile& fi
   single("tongue", 16, 10, tongue, "jaw", materials.tongue, {2, 2});
   add(surface_through("nostril_cap", 12, 6, nostril_cap(m)), "nostril_cap_left", "head", materials.dark, {1, 1}, true);
   single("mouth_bag", 16, 8, mouth_bag, "head", materials.dark, {2, 2});
+  single("mouth_floor", 8, 8, mouth_floor, "jaw", materials.dark, {2, 2});
 }
 
 }  // namespace nms::fit_face
