@@ -1,6 +1,8 @@
 // The files that `nmsc build` writes, read back with tinygltf: the brows of a question move, and every build of nmsc
 // writes the same bytes. The hashes stand in tests/golden/file_hashes.txt; they change with the face, the muscles, the
 // library and the exporter. NMS_REFRESH=1 rewrites them.
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -16,9 +18,9 @@
 #include <xxhash.h>
 
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
-#include <gtest/gtest.h>
 
 namespace {
 
@@ -34,7 +36,8 @@ std::string read(const fs::path& path) {
 
 /// A file that the command under test makes of an example.
 fs::path built(const std::string& example, const std::string& flags) {
-  const fs::path out = fs::temp_directory_path() / fmt::format("nms_demo_file_test_{}{}.glb", example, flags);
+  const fs::path out =
+      fs::temp_directory_path() / fmt::format("nms_demo_file_test_{}{}_{}.glb", example, flags, ::getpid());
   const std::string command = fmt::format("\"{}\" build \"{}\" -o \"{}\" {} 2>/dev/null", NMSC,
                                           (kRoot / "examples" / (example + ".nms")).string(), out.string(), flags);
   EXPECT_EQ(std::system(command.c_str()), 0) << command;
@@ -54,7 +57,8 @@ std::vector<T> values(const tinygltf::Model& model, int accessor_index) {
 
 /// Indices of a primitive, whatever their width.
 std::vector<std::uint32_t> indices(const tinygltf::Model& model, int accessor_index) {
-  if (model.accessors[static_cast<std::size_t>(accessor_index)].componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) {
+  if (model.accessors[static_cast<std::size_t>(accessor_index)].componentType ==
+      TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) {
     const auto narrow = values<std::uint16_t>(model, accessor_index);
     return {narrow.begin(), narrow.end()};
   }

@@ -1,5 +1,7 @@
 // What `nmsc plot` and `nmsc gloss` make: pictures and overbar text as they stand in tests/golden/, and what holds of
 // any picture. NMS_REFRESH=1 rewrites the goldens, among them the picture in docs/images/.
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
@@ -26,8 +28,10 @@ std::string read(const fs::path& path) {
 /// A folder of this test's own, gone when it ends.
 struct Folder {
   Folder() {
-    path = fs::temp_directory_path() /
-           fmt::format("nms_picture_{}", ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    path =
+        fs::temp_directory_path() /
+        fmt::format("nms_picture_{}_{}_{}", ::testing::UnitTest::GetInstance()->current_test_info()->test_suite_name(),
+                    ::testing::UnitTest::GetInstance()->current_test_info()->name(), ::getpid());
     fs::remove_all(path);
     fs::create_directories(path);
   }
