@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "merge.h"
+
 namespace nms::compiler {
 
 namespace {
@@ -32,7 +34,7 @@ void go_on_with(Curve& curve, std::int64_t release_ns, const Curve& next, std::i
 
 }  // namespace
 
-void end_held(std::vector<const Contribution*>& all, std::deque<Contribution>& made) {
+void end_held(std::vector<const Contribution*>& all, std::deque<Contribution>& made, MergeObserver* observer) {
   std::vector<std::size_t> order(all.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::stable_sort(order.begin(), order.end(),
@@ -62,6 +64,7 @@ void end_held(std::vector<const Contribution*>& all, std::deque<Contribution>& m
         going.end_ns = to;
         going.held = false;
         made.push_back(std::move(going));
+        if (observer != nullptr) observer->let_go(c, made.back(), *next);
         all[order[k]] = &made.back();
       }
     }
@@ -70,7 +73,8 @@ void end_held(std::vector<const Contribution*>& all, std::deque<Contribution>& m
   }
 }
 
-void coarticulate(std::vector<const Contribution*>& group, program::MergeOperator op, std::deque<Contribution>& made) {
+void coarticulate(std::vector<const Contribution*>& group, program::MergeOperator op, std::deque<Contribution>& made,
+                  MergeObserver* observer) {
   if (group.size() < 2) return;
   std::stable_sort(group.begin(), group.end(), starts_before);
   std::vector<const Contribution*> out;
@@ -95,7 +99,9 @@ void coarticulate(std::vector<const Contribution*>& group, program::MergeOperato
       made.push_back(*last);
       joint = &made.back();
       out[place] = joint;
+      if (observer != nullptr) observer->joined(*last, *joint);
     }
+    if (observer != nullptr) observer->joined(*c, *joint);
     go_on_with(joint->curve, last->release_ns, c->curve, c->apex_ns, c->easing);
     go_on_with(joint->envelope, last->release_ns, c->envelope, c->apex_ns, c->easing);
     joint->end_ns = c->end_ns;

@@ -69,8 +69,9 @@ Curve latest_of(const std::vector<const Contribution*>& group) {
 }
 
 Curve merge_group(std::vector<const Contribution*> group, const ChannelInfo& channel, program::MergeOperator op,
-                  std::deque<Contribution>& made) {
-  coarticulate(group, op, made);
+                  std::deque<Contribution>& made, MergeObserver* observer) {
+  coarticulate(group, op, made, observer);
+  const bool sum = op == program::MergeOperator::sum || channel.is_axis();
   Curve out;
   if (op == program::MergeOperator::latest) {
     std::stable_sort(group.begin(), group.end(),
@@ -80,19 +81,23 @@ Curve merge_group(std::vector<const Contribution*> group, const ChannelInfo& cha
     std::vector<Curve> curves;
     curves.reserve(group.size());
     for (const Contribution* c : group) curves.push_back(c->curve);
-    const bool sum = op == program::MergeOperator::sum || channel.is_axis();
     out = join_all(std::move(curves), sum ? add : maximum);
   }
-  return clamped(out, channel.low(), 1.0);
+  out = clamped(out, channel.low(), 1.0);
+  if (observer != nullptr) observer->group(group, group.front()->stated, op, sum, out);
+  return out;
 }
 
 Curve merge_channel(const std::vector<const Contribution*>& all, const ChannelInfo& channel, program::MergeOperator op,
-                    std::deque<Contribution>& made) {
+                    std::deque<Contribution>& made, MergeObserver* observer) {
   std::vector<const Contribution*> layer[kLayerCount];
   std::vector<const Contribution*> stated;
   const std::vector<bool> repeats = repeats_of_another(all);
   for (std::size_t i = 0; i < all.size(); ++i) {
-    if (repeats[i]) continue;
+    if (repeats[i]) {
+      if (observer != nullptr) observer->repeated(*all[i]);
+      continue;
+    }
     if (all[i]->stated)
       stated.push_back(all[i]);
     else
@@ -101,21 +106,24 @@ Curve merge_channel(const std::vector<const Contribution*>& all, const ChannelIn
   Curve base;
   for (const auto& group : layer) {
     if (group.empty()) continue;
-    const Curve c = merge_group(group, channel, op, made);
+    const Curve c = merge_group(group, channel, op, made, observer);
     if (base.empty())
       base = c;
     else
       base = channel.is_axis() ? add(base, c) : either(base, c);
+    if (observer != nullptr) observer->layers(group.front()->layer, base);
   }
   if (!stated.empty()) {
-    const Curve over = merge_group(stated, channel, op, made);
+    const Curve over = merge_group(stated, channel, op, made, observer);
     if (base.empty()) {
       base = over;
     } else {
       std::vector<Curve> envelopes;
       envelopes.reserve(stated.size());
       for (const Contribution* c : stated) envelopes.push_back(c->envelope);
-      base = replaced(base, over, join_all(std::move(envelopes), maximum));
+      const Curve envelope = join_all(std::move(envelopes), maximum);
+      base = replaced(base, over, envelope);
+      if (observer != nullptr) observer->replaced(envelope, base);
     }
   }
   return clamped(base, channel.low(), 1.0);
@@ -123,7 +131,7 @@ Curve merge_channel(const std::vector<const Contribution*>& all, const ChannelIn
 
 }  // namespace
 
-std::vector<MergedCurve> merge(const ClipDraft& clip, const Channels& channels) {
+std::vector<MergedCurve> merge(const ClipDraft& clip, const Channels& channels, MergeObserver* observer) {
   std::vector<const Contribution*> order;
   order.reserve(clip.contributions.size());
   for (const Contribution& c : clip.contributions) order.push_back(&c);
@@ -134,15 +142,17 @@ std::vector<MergedCurve> merge(const ClipDraft& clip, const Channels& channels) 
     std::size_t j = i;
     while (j < order.size() && order[j]->channel == order[i]->channel) ++j;
     const ChannelInfo& channel = channels.channels[order[i]->channel];
+    const program::MergeOperator op = channels.tracks[channel.track].merge;
     MergedCurve merged{order[i]->channel, {}};
-    if (j - i == 1) {
+    if (j - i == 1 && observer == nullptr) {
       merged.curve = clamped(order[i]->curve, channel.low(), 1.0);
     } else {
       std::vector<const Contribution*> all(order.begin() + static_cast<std::ptrdiff_t>(i),
                                            order.begin() + static_cast<std::ptrdiff_t>(j));
+      if (observer != nullptr) observer->channel(merged.channel, all);
       std::deque<Contribution> made;
-      end_held(all, made);
-      merged.curve = merge_channel(all, channel, channels.tracks[channel.track].merge, made);
+      end_held(all, made, observer);
+      merged.curve = merge_channel(all, channel, op, made, observer);
     }
     simplify(merged.curve);
     out.push_back(std::move(merged));

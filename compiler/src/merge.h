@@ -13,6 +13,33 @@ struct MergedCurve {
   Curve curve;
 };
 
+/// What merging does, told as it happens, channel by channel. It changes nothing: merging works the same whether
+/// anybody listens or not. References are good for the time of the call.
+class MergeObserver {
+ public:
+  MergeObserver() = default;
+  MergeObserver(const MergeObserver&) = delete;
+  MergeObserver& operator=(const MergeObserver&) = delete;
+  virtual ~MergeObserver() = default;
+
+  /// All contributions to a channel: those of its steps follow.
+  virtual void channel(std::uint32_t channel, const std::vector<const Contribution*>& all) = 0;
+  /// Left out: the same motion is asked for by another that outlasts it.
+  virtual void repeated(const Contribution& left_out) = 0;
+  /// What was held goes when another comes; `going` takes its place.
+  virtual void let_go(const Contribution& held, const Contribution& going, const Contribution& by) = 0;
+  /// Co-articulated: `pose` becomes a part of `joint`, which goes from apex to apex.
+  virtual void joined(const Contribution& pose, const Contribution& joint) = 0;
+  /// The contributions of one layer, or (`stated`) of the utterance itself, became `merged`, held within [low, 1].
+  /// @param sum  they added, whatever `op` says: axes do
+  virtual void group(const std::vector<const Contribution*>& of, bool stated, program::MergeOperator op, bool sum,
+                     const Curve& merged) = 0;
+  /// All layers up to `layer` became `merged`.
+  virtual void layers(Layer layer, const Curve& merged) = 0;
+  /// What is stated took the place of the layers as far as `envelope` says, and they became `merged`.
+  virtual void replaced(const Curve& envelope, const Curve& merged) = 0;
+};
+
 /// Merges all contributions of a clip, channel by channel:
 ///  0. what is held goes where another comes, and poses of one layer that follow each other are joined from apex to
 ///     apex (coarticulation.h);
@@ -22,6 +49,7 @@ struct MergedCurve {
 ///  3. what the utterance states takes the place of all that, as far as its envelope says;
 ///  4. held within [0, 1], axes within [-1, 1].
 /// Every operator is monotone in each cause, and bounded. Ordered by channel.
-[[nodiscard]] std::vector<MergedCurve> merge(const ClipDraft& clip, const Channels& channels);
+[[nodiscard]] std::vector<MergedCurve> merge(const ClipDraft& clip, const Channels& channels,
+                                             MergeObserver* observer = nullptr);
 
 }  // namespace nms::compiler

@@ -336,4 +336,77 @@ TEST(Merge, many_contributions_take_no_more_than_n_log_n) {
   }
 }
 
+/// What an observer is told, checked as it comes.
+class Listener : public MergeObserver {
+ public:
+  Listener(const ChannelInfo& channel, std::int64_t time_ns) : channel_(channel), time_ns_(time_ns) {}
+
+  void channel(std::uint32_t, const std::vector<const Contribution*>& all) override { heard = all.size(); }
+  void repeated(const Contribution&) override { ++left_out; }
+  void let_go(const Contribution& held, const Contribution& going, const Contribution& by) override {
+    EXPECT_TRUE(held.held && !going.held);
+    EXPECT_GE(by.end_ns, held.release_ns);
+  }
+  void joined(const Contribution& pose, const Contribution& joint) override {
+    EXPECT_TRUE(pose.pose && joint.pose);
+    ++parts;
+  }
+  void group(const std::vector<const Contribution*>& of, bool stated, program::MergeOperator op, bool sum,
+             const Curve& merged) override {
+    EXPECT_FALSE(of.empty());
+    for (const Contribution* c : of) EXPECT_EQ(c->stated, stated);
+    EXPECT_EQ(sum, op == program::MergeOperator::sum || channel_.is_axis());
+    value = merged.value(time_ns_);
+    (stated ? stated_value : layer_value) = value;
+  }
+  void layers(Layer, const Curve& merged) override {
+    below_ = channel_.is_axis() ? below_ + layer_value : 1.0 - (1.0 - below_) * (1.0 - layer_value);
+    value = merged.value(time_ns_);
+    EXPECT_NEAR(value, below_, kTolerance);
+  }
+  void replaced(const Curve& envelope, const Curve& merged) override {
+    value = merged.value(time_ns_);
+    EXPECT_NEAR(value, below_ * (1.0 - envelope.value(time_ns_)) + stated_value, kTolerance);
+    ++replacements;
+  }
+
+  std::size_t heard = 0, left_out = 0, parts = 0, replacements = 0;
+  double layer_value = 0.0, stated_value = 0.0, value = 0.0;
+
+ private:
+  const ChannelInfo& channel_;
+  std::int64_t time_ns_;
+  double below_ = 0.0;
+};
+
+TEST(MergeObserver, hears_the_steps_that_lead_to_the_value_and_changes_nothing) {
+  Random random(11);
+  std::size_t parts = 0, replacements = 0;
+  for (int round = 0; round < 300; ++round)
+    for (const Case& k : kCases) {
+      const Channels channels = one_channel(k.op, k.axis);
+      ClipDraft clip;
+      for (int i = random.below(6); i >= 0; --i) {
+        const Shape s = random.shape(k.axis, true);
+        clip.contributions.push_back(random.below(2) == 0 ? pose(s) : contribution(s));
+      }
+      const std::int64_t time = random.below(5000) * kMs;
+      Listener listener(channels.channels[0], time);
+      const Curve with = merge(clip, channels, &listener).front().curve;
+      const Curve without = merge(clip, channels).front().curve;
+      ASSERT_EQ(with.knots.size(), without.knots.size());
+      for (std::size_t i = 0; i < with.knots.size(); ++i) {
+        EXPECT_EQ(with.knots[i].time_ns, without.knots[i].time_ns);
+        EXPECT_EQ(with.knots[i].value, without.knots[i].value);
+      }
+      EXPECT_EQ(listener.heard, clip.contributions.size());
+      const double held = std::min(1.0, std::max(channels.channels[0].low(), listener.value));
+      EXPECT_NEAR(with.value(time), held, kTolerance);
+      parts += listener.parts;
+      replacements += listener.replacements;
+    }
+  EXPECT_GT(parts, 10U);
+  EXPECT_GT(replacements, 100U);
+}
+
 }  // namespace

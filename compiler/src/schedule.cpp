@@ -371,6 +371,11 @@ void schedule(ClipDraft& clip, const Movement& movement, const Placed& placed, c
   }
   for (const Sequence& s : movement.sequences) place_sequence(clip, s, placed, scope, evaluator);
   for (const Oscillation& o : movement.oscillations) place_oscillation(clip, o, placed, scope, evaluator);
+  for (std::size_t i = first; i < clip.contributions.size(); ++i) {
+    clip.contributions[i].span_start_ns = placed.span.start_ns;
+    clip.contributions[i].span_end_ns = placed.span.end_ns;
+    clip.contributions[i].used = placed.used;
+  }
   // The envelope stays whole: a profile says how much of a thing there is, not how far it takes another's place.
   if (placed.timing.profile)
     for (std::size_t i = first; i < clip.contributions.size(); ++i)

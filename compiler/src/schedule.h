@@ -30,8 +30,11 @@ struct Contribution {
   bool stated = false;  ///< stated by the utterance itself: replaces what entries supply
   std::int64_t start_ns = 0;
   std::int64_t end_ns = 0;
-  std::int64_t apex_ns = 0;     ///< of a pose: its onset ends here
-  std::int64_t release_ns = 0;  ///< of a pose and of what is held: it goes, or would go, from here
+  std::int64_t apex_ns = 0;        ///< of a pose: its onset ends here
+  std::int64_t release_ns = 0;     ///< of a pose and of what is held: it goes, or would go, from here
+  std::int64_t span_start_ns = 0;  ///< of what it was placed over, without leads and lags
+  std::int64_t span_end_ns = 0;
+  lang::NodeRef used;  ///< where an utterance uses the entry that it is of; none where there is no such place
   Easing easing = Easing::smooth;
   bool pose = false;
   bool held = false;        ///< no offset: it stands until another comes
