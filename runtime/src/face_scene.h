@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <glm/mat4x4.hpp>
+#include <tl/expected.hpp>
+
+#include <nms/program/failure.h>
+#include <nms/runtime/face_x3d.h>
+
+namespace nms::runtime {
+
+/// One use of a surface of a face file, under a transform.
+struct SurfaceUse {
+  std::size_t surface = 0;    ///< index into FaceFile::surfaces
+  std::size_t transform = 0;  ///< index into FaceScene::transforms
+};
+
+/// What an X3D file says, before anything is tessellated.
+struct FaceScene {
+  FaceFile file;
+  std::vector<glm::dmat4> transforms;  ///< distinct
+  std::vector<SurfaceUse> uses;
+};
+
+/// X3D text to a scene. Failures: those of read_face_x3d() that speak of the text.
+tl::expected<FaceScene, program::Failure> read_scene_x3d(std::string_view text, std::string_view name,
+                                                         const FaceLimits& limits);
+
+/// A scene to a face: net, tessellation, shells, rigid parts, regions. Failures: those of read_face_x3d() that speak of
+/// seams and sizes.
+tl::expected<Face, program::Failure> build_face(const FaceScene& scene, std::string_view name,
+                                                const TessellationSettings& settings);
+
+/// Under a mirror "_left" and "_right" at the end of a name change places.
+std::string mirrored_name(const std::string& name);
+
+/// The frame of that name, if there is one.
+std::optional<Frame> frame_named(std::string_view name);
+
+}  // namespace nms::runtime

@@ -1,0 +1,220 @@
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include <nms/runtime/sparse_matrix.h>
+#include <nms/runtime/trigonometry.h>
+
+#include "rig_parts.h"
+
+namespace nms::runtime {
+
+using program::Motion;
+
+namespace {
+
+glm::dquat half_turn(glm::dvec3 axis, double angle) {
+  const double s = sine(0.5 * angle);
+  return {cosine(0.5 * angle), s * axis.x, s * axis.y, s * axis.z};
+}
+
+glm::dvec3 transform(const Placement& placement, glm::dvec3 p) {
+  return placement.rotation * p + placement.translation;
+}
+
+Placement about(glm::dvec3 pivot, const FrameMotion& motion) {
+  Placement placement;
+  placement.rotation = glm::mat3_cast(motion.rotation);
+  placement.translation = pivot + motion.translation - placement.rotation * pivot;
+  return placement;
+}
+
+Placement after(const Placement& parent, const Placement& child) {
+  return {parent.rotation * child.rotation, parent.rotation * child.translation + parent.translation};
+}
+
+}  // namespace
+
+Pose make_pose(const Face& face, const Rig& rig) {
+  Pose pose;
+  pose.contractions.assign(rig.muscle_count(), 0.0F);
+  pose.points = face.skin.points;
+  pose.x.resize(face.skin.points.size());
+  pose.positions.resize(face.skin.surface.rows);
+  pose.normals.resize(face.skin.surface.rows);
+  pose.lip_overlaps.resize(rig.tables().lip_columns.size());
+  pose.parts.resize(face.rigid.size());
+  pose.part_normals.resize(face.rigid.size());
+  for (const RigTables::PartDrive& drive : rig.tables().part_drives) {
+    pose.parts[drive.mesh] = face.rigid[drive.mesh].positions;
+    pose.part_normals[drive.mesh] = face.rigid[drive.mesh].normals;
+  }
+  return pose;
+}
+
+void contractions(const Rig& rig, std::span<const float> values, std::span<float> out) {
+  assert(values.size() == rig.channel_count() && out.size() == rig.muscle_count());
+  const RigTables& t = rig.tables();
+  for (float& c : out) c = 0.0F;
+  for (const program::Actuation& a : t.actuations) {
+    out[static_cast<std::size_t>(a.muscle)] += a.share * values[static_cast<std::size_t>(a.channel)];
+  }
+  for (std::size_t m = 0; m < out.size(); ++m) out[m] = std::clamp(out[m], 0.0F, t.top[m]);
+}
+
+void move_frames(const Rig& rig, std::span<const float> values, std::span<const float> contractions, Pose& pose) {
+  const RigTables& t = rig.tables();
+  struct Turn {
+    glm::dvec3 angles{0.0};
+    glm::dvec3 shift{0.0};
+  };
+  std::array<Turn, kFrameCount> turns{};
+  for (const RigTables::HingeDrive& drive : t.hinge_drives) {
+    const double k = static_cast<double>(contractions[drive.muscle]);
+    turns[index_of(drive.frame)].angles.x += k * drive.angle;
+    turns[index_of(drive.frame)].shift += k * drive.slide;
+  }
+  for (const RigTables::AxisDrive& drive : t.axis_drives) {
+    const double amount = drive.full_scale * static_cast<double>(values[drive.channel]);
+    Turn& turn = turns[index_of(*moved_frame(drive.frame))];
+    switch (drive.motion) {
+      case Motion::rotate_x:
+        turn.angles.x += amount;
+        break;
+      case Motion::rotate_y:
+        turn.angles.y += amount;
+        break;
+      case Motion::rotate_z:
+        turn.angles.z += amount;
+        break;
+      case Motion::translate_x:
+        turn.shift.x += amount;
+        break;
+      case Motion::translate_y:
+        turn.shift.y += amount;
+        break;
+      case Motion::translate_z:
+        turn.shift.z += amount;
+        break;
+      case Motion::none:
+        break;
+    }
+  }
+  turns[index_of(Frame::eye_right)] = turns[index_of(Frame::eye_left)];  // the eyes turn together
+  for (std::size_t i = 0; i < kFrameCount; ++i) {
+    const Turn& turn = turns[i];
+    FrameMotion& motion = pose.motions[i];
+    motion.rotation = half_turn({0.0, 1.0, 0.0}, turn.angles.y) * half_turn({1.0, 0.0, 0.0}, turn.angles.x) *
+                      half_turn({0.0, 0.0, 1.0}, turn.angles.z);
+    motion.translation = turn.shift;
+    pose.placements[i] = about(t.pivots[i], motion);
+  }
+  Placement& head = pose.placements[index_of(Frame::head)];
+  head = after(pose.placements[index_of(Frame::torso)], head);
+  for (const Frame child : {Frame::jaw, Frame::eye_left, Frame::eye_right}) {
+    pose.placements[index_of(child)] = after(head, pose.placements[index_of(child)]);
+  }
+}
+
+void move_points(const Face& face, const Rig& rig, Pose& pose) {
+  const RigTables& t = rig.tables();
+  const std::vector<glm::dvec3>& rest = face.skin.points;
+  std::copy(rest.begin(), rest.end(), pose.points.begin());
+  for (std::size_t m = 0; m < t.top.size(); ++m) {
+    const double k = static_cast<double>(pose.contractions[m]);
+    if (k == 0.0) continue;
+    for (std::uint32_t i = t.pull_begin[m]; i < t.pull_begin[m + 1]; ++i) {
+      pose.points[t.pulls[i].point] += k * t.pulls[i].displacement;
+    }
+  }
+
+  move_lids(face, rig, pose);
+
+  const FrameMotion& jaw = pose.motions[index_of(Frame::jaw)];
+  if (jaw.rotation != glm::dquat(1.0, 0.0, 0.0, 0.0) || jaw.translation != glm::dvec3(0.0)) {
+    const Placement placement = about(t.pivots[index_of(Frame::jaw)], jaw);
+    for (const RigTables::JawPoint& p : t.jaw_points) {
+      glm::dvec3& point = pose.points[p.point];
+      point += p.weight * (transform(placement, point) - point);
+    }
+  }
+  part_lips(rig, pose);
+}
+
+void area_weighted_normals(std::span<const Primitive> primitives, std::span<const glm::vec3> positions,
+                           std::span<glm::vec3> normals) {
+  for (glm::vec3& n : normals) n = glm::vec3(0.0F);
+  for (const Primitive& primitive : primitives) {
+    for (std::size_t i = 0; i + 2 < primitive.triangles.size(); i += 3) {
+      const std::uint32_t a = primitive.triangles[i];
+      const std::uint32_t b = primitive.triangles[i + 1];
+      const std::uint32_t c = primitive.triangles[i + 2];
+      // Twice the triangle's area along its normal.
+      const glm::vec3 n = glm::cross(positions[b] - positions[a], positions[c] - positions[a]);
+      normals[a] += n;
+      normals[b] += n;
+      normals[c] += n;
+    }
+  }
+  for (glm::vec3& n : normals) {
+    const float squared = n.x * n.x + n.y * n.y + n.z * n.z;
+    if (squared > 1e-30F) {
+      const float length = std::sqrt(squared);
+      n = glm::vec3(n.x / length, n.y / length, n.z / length);
+    } else {
+      n = glm::vec3(0.0F, 0.0F, 1.0F);  // no triangle here, or one without area
+    }
+  }
+}
+
+void bend_parts(const Face& face, const Rig& rig, Pose& pose) {
+  const RigTables& t = rig.tables();
+  for (std::size_t mesh = 0; mesh < pose.parts.size(); ++mesh) {
+    std::vector<glm::vec3>& positions = pose.parts[mesh];
+    if (positions.empty()) continue;
+    const RigidMesh& rest = face.rigid[mesh];
+    std::copy(rest.positions.begin(), rest.positions.end(), positions.begin());
+    std::copy(rest.normals.begin(), rest.normals.end(), pose.part_normals[mesh].begin());
+    bool bent = false;
+    for (const RigTables::PartDrive& drive : t.part_drives) {
+      const float k = pose.contractions[drive.muscle];
+      if (drive.mesh != mesh || k == 0.0F) continue;
+      for (std::size_t v = 0; v < positions.size(); ++v) positions[v] += k * drive.displacements[v];
+      bent = true;
+    }
+    if (bent) area_weighted_normals(rest.primitives, positions, pose.part_normals[mesh]);
+  }
+}
+
+void make_surface(const Face& face, Pose& pose) {
+  for (std::size_t i = 0; i < pose.points.size(); ++i) pose.x[i] = glm::vec3(pose.points[i]);
+  multiply(face.skin.surface, pose.x, pose.positions);
+  for (std::size_t v = 0; v < pose.positions.size(); ++v) pose.positions[v] += face.skin.offsets[v];
+  area_weighted_normals(face.skin.primitives, pose.positions, pose.normals);
+}
+
+void pose_face(const Face& face, const Rig& rig, std::span<const float> values, Pose& pose) {
+  contractions(rig, values, pose.contractions);
+  turn_lids(rig, values, pose.contractions, pose.lids);
+  move_frames(rig, values, pose.contractions, pose);
+  move_points(face, rig, pose);
+  bend_parts(face, rig, pose);
+  make_surface(face, pose);
+}
+
+void place_skin(const Rig& rig, const Pose& pose, std::span<glm::vec3> positions, std::span<glm::vec3> normals) {
+  const Placement& head = pose.placements[index_of(Frame::head)];
+  const Placement& torso = pose.placements[index_of(Frame::torso)];
+  const std::span<const float> share = rig.head_share();
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    const double w = static_cast<double>(share[v]);
+    const glm::dvec3 p(pose.positions[v]);
+    const glm::dvec3 n(pose.normals[v]);
+    positions[v] = glm::vec3(w * transform(head, p) + (1.0 - w) * transform(torso, p));
+    const glm::dvec3 turned = w * (head.rotation * n) + (1.0 - w) * (torso.rotation * n);
+    const double length = std::sqrt(dot(turned, turned));
+    normals[v] = length > 0.0 ? glm::vec3(turned / length) : pose.normals[v];
+  }
+}
+
+}  // namespace nms::runtime

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <glm/vec3.hpp>
+#include <tl/expected.hpp>
+
+#include <nms/program/failure.h>
+#include <nms/program/program.h>
+#include <nms/runtime/face.h>
+#include <nms/runtime/rig.h>
+
+namespace nms::runtime {
+
+/// Binding a program's actuation to a face, step by step: fills the rig's tables.
+struct RigParts {
+  const Face& face;
+  const program::Program& program;
+  std::map<std::string_view, glm::dvec3, std::less<>> landmarks;
+  RigTables rig;
+
+  std::optional<program::Failure> check_face() const;
+  void read_landmarks();
+  tl::expected<glm::dvec3, program::Failure> landmark(const program::Muscle& muscle, program::StringId name) const;
+  tl::expected<const std::vector<float>*, program::Failure> region(const program::Muscle& muscle,
+                                                                   program::StringId name) const;
+  tl::expected<std::vector<float>, program::Failure> weights(const program::Muscle& muscle) const;
+  std::vector<glm::dvec3> point_normals() const;
+  std::optional<program::Failure> read_muscles();
+  std::optional<program::Failure> read_eyelid(std::uint32_t index, const glm::dvec3& centre, const glm::dvec3& margin);
+  std::optional<program::Failure> read_hinge(std::uint32_t index, const glm::dvec3& axis);
+  std::string face_region(const program::Muscle& muscle) const;
+  std::optional<std::uint32_t> part_named(std::string_view name) const;
+  void bend_part(std::uint32_t index, std::uint32_t mesh, const glm::dvec3& axis);
+  std::optional<program::Failure> make_lids();
+  void make_lips();
+  std::optional<program::Failure> read_axes();
+  void make_pivots();
+  void make_head_share();
+  void mark_actuated();
+
+  std::string name_of(const program::Muscle& muscle) const {
+    return fmt::format("muscle {}", program.string(muscle.name));
+  }
+  bool lower_lid(const program::Muscle& muscle) const {
+    return program.string(muscle.region).find("lower") != std::string_view::npos;
+  }
+  std::array<bool, kEyeCount> has_eye{};
+  std::array<double, kEyeCount> margin_x{};
+  std::vector<std::pair<std::uint32_t, std::size_t>> eyelids;  // muscle, eye
+};
+
+/// A point whose share of a lid or lip is at least this belongs to its edge.
+inline constexpr float kMarginShare = 0.99F;
+
+inline double dot(glm::dvec3 a, glm::dvec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline std::size_t index_of(Frame frame) { return static_cast<std::size_t>(frame); }
+
+/// x away from the midline on the muscle's side.
+inline glm::dvec3 sided(const float (&offset)[3], program::Side side) {
+  const double sign = side == program::Side::right ? -1.0 : 1.0;
+  return {sign * static_cast<double>(offset[0]), offset[1], offset[2]};
+}
+
+/// The frame an axis or a hinge moves; of the eyes, the left one.
+std::optional<Frame> moved_frame(program::Frame frame);
+
+/// Where the lower lip stands above the upper one, each gives way by half.
+void part_lips(const Rig& rig, Pose& pose);
+
+/// Pulls at the lids given up to the lids' own turn; points kept outside the eyeball. Needs `pose.lids`.
+void move_lids(const Face& face, const Rig& rig, Pose& pose);
+
+}  // namespace nms::runtime
