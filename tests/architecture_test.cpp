@@ -20,8 +20,9 @@ const std::map<std::string, std::set<std::string>> kArrows = {
     {"lang", {}},
     {"compiler", {"lang", "program"}},
     {"runtime", {"program"}},
+    {"picture", {}},
     {"stdlib", {}},
-    {"cli", {"lang", "compiler", "runtime", "program", "stdlib"}},
+    {"cli", {"lang", "compiler", "runtime", "program", "picture", "stdlib"}},
     {"tools/fit_face", {"runtime", "program"}},
 };
 

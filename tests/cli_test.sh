@@ -358,6 +358,29 @@ holds "plot of no such clip writes nothing" test ! -e no.svg
 expect 1 "plot into no folder" "$nmsc" plot good.nms --clip look -o nowhere/look.svg
 expect 2 "plot without a clip" "$nmsc" plot good.nms -o -
 expect 2 "plot too narrow" "$nmsc" plot good.nms --clip look --width 10 -o -
+
+# ---- Pictures of the face
+tiny=(--size 24x30 -o sheet.png)
+expect 0 "preview" "$nmsc" preview good.nms --clip smile --at 0,1s --view front,side "${tiny[@]}"
+silent preview out
+holds "preview writes a PNG" bash -c '[[ $(head -c 4 sheet.png | tail -c 3) == PNG ]]'
+mv sheet.png first.png
+expect 0 "preview twice" "$nmsc" preview good.nms --clip smile --at 0,1s --view front,side "${tiny[@]}"
+holds "preview draws the same picture again" cmp first.png sheet.png
+expect 0 "preview of another time" "$nmsc" preview good.nms --clip smile --at 0,0.9 --view front,side "${tiny[@]}"
+holds "preview draws what the face does" bash -c '! cmp -s first.png sheet.png'
+rm sheet.png
+expect 1 "preview of no such clip" "$nmsc" preview good.nms --clip smlie "${tiny[@]}"
+says "preview of no such clip" "did you mean smile?"
+expect 1 "preview from nowhere" "$nmsc" preview good.nms --clip smile --view behind "${tiny[@]}"
+says "preview from nowhere" "unknown_view"
+expect 1 "preview at no time" "$nmsc" preview good.nms --clip smile --at noon "${tiny[@]}"
+says "preview at no time" "bad_time"
+expect 1 "preview of a broken source" "$nmsc" preview bad.nms --clip t "${tiny[@]}"
+holds "a preview that fails writes nothing" test ! -e sheet.png
+expect 2 "preview without a clip" "$nmsc" preview good.nms "${tiny[@]}"
+expect 2 "preview too large" "$nmsc" preview good.nms --clip smile --size 90000x3 -o sheet.png
+no_leftovers preview
 expect 0 "gloss without utterances" "$nmsc" gloss good.nms
 silent "gloss without utterances" out
 expect 1 "gloss of no utterance" "$nmsc" gloss good.nms --clip look

@@ -1,12 +1,10 @@
 #include <cstdio>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <fmt/format.h>
 
-#include <nms/lang/quantity.h>
 #include <nms/program/evaluate.h>
 #include <nms/runtime/rig.h>
 
@@ -15,20 +13,13 @@
 #include "loading.h"
 #include "not_actuated.h"
 #include "report.h"
+#include "times.h"
 
 namespace nms::cli {
 namespace {
 
 /// Most rows one call prints.
 constexpr std::int64_t kMaxRows = 10'000'000;
-
-std::optional<std::int64_t> read_time(std::string_view text) {
-  const auto q = lang::read_quantity(text);
-  if (q && q->unit == lang::Unit::time) return q->nanoseconds;
-  const auto seconds = lang::read_quantity(std::string(text) + "s");  // a plain number is seconds
-  if (seconds && seconds->unit == lang::Unit::time) return seconds->nanoseconds;
-  return std::nullopt;
-}
 
 /// The times asked for, or nothing and a diagnostic.
 std::optional<std::vector<std::int64_t>> times_of(const SampleOptions& options, const program::Clip& clip,
@@ -48,22 +39,7 @@ std::optional<std::vector<std::int64_t>> times_of(const SampleOptions& options, 
     }
     return times;
   }
-  std::string_view rest = options.times;
-  while (true) {
-    const std::size_t comma = rest.find(',');
-    std::string_view one = rest.substr(0, comma);
-    while (!one.empty() && one.front() == ' ') one.remove_prefix(1);
-    while (!one.empty() && one.back() == ' ') one.remove_suffix(1);
-    const auto t = read_time(one);
-    if (!t) {
-      add_failure(diagnostics, {"bad_time", "--at", fmt::format("\"{}\" is not a time", one),
-                                "write seconds, or a unit: --at 0.234,2106ms"});
-      return std::nullopt;
-    }
-    times.push_back(*t);
-    if (comma == std::string_view::npos) return times;
-    rest.remove_prefix(comma + 1);
-  }
+  return read_times(options.times, diagnostics);
 }
 
 /// A column of the CSV: one AU, which may be one direction of an axis.

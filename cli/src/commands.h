@@ -50,6 +50,20 @@ struct PlotOptions {
 };
 int plot(const GlobalOptions& global, const PlotOptions& options);
 
+struct PreviewOptions {
+  std::vector<std::string> files;  ///< may be empty if `each_au`
+  std::string output;
+  std::string face = "ada";
+  std::string clip;
+  std::string times;  ///< as in SampleOptions; empty: those that show most
+  std::string views = "front";
+  int width = 300;   ///< [px] of one picture
+  int height = 360;  ///< [px]
+  int columns = 0;   ///< 0: by the number of pictures
+  bool each_au = false;
+};
+int preview(const GlobalOptions& global, const PreviewOptions& options);
+
 struct SampleOptions {
   std::string file;
   std::string clip;

@@ -2,7 +2,10 @@
 #include <cstdio>
 #include <exception>
 #include <functional>
+#include <map>
 #include <new>
+#include <string>
+#include <utility>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -21,6 +24,17 @@ constexpr const char* kFooter =
     "\nEvery command takes --error-format text|json|sarif, --deny warnings and --stdlib DIR.\n"
     "FILE is a path, or - for standard input. Exit: 0 success, 1 errors in the input, 2 wrong usage.\n"
     "Example: nmsc build question.nms -o question.glb";
+
+/// "300x360" as pixels.
+std::pair<int, int> picture_size(const std::string& text) {
+  int width = 0;
+  int height = 0;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%5dx%5d%c", &width, &height, &rest) != 2 || width < 16 || height < 16 ||
+      width > 4096 || height > 4096)
+    throw CLI::ValidationError("--size", "it is WxH in pixels, each from 16 to 4096: 300x360");
+  return {width, height};
+}
 
 }  // namespace
 
@@ -112,6 +126,42 @@ int main(int argc, char** argv) try {
       ->type_name("PX")
       ->capture_default_str();
   plot_command->callback([&] { chosen = [&] { return plot(global, plot_options); }; });
+
+  PreviewOptions preview_options;
+  std::string size;
+  CLI::App* preview_command = app.add_subcommand("preview", "Draw a face at several times of a clip, as PNG");
+  preview_command->add_option("FILE", preview_options.files, "Sources, or one compiled .auc");
+  preview_command->add_option("--clip", preview_options.clip, "The clip")->type_name("NAME");
+  preview_command->add_option("-o,--output", preview_options.output, "The .png to write")
+      ->required()
+      ->type_name("OUT.png");
+  preview_command
+      ->add_option("--face", preview_options.face, "Face of the standard library, or a .nms file that declares one")
+      ->type_name("NAME")
+      ->capture_default_str();
+  preview_command->add_option("--at", preview_options.times, "Times: seconds, or with a unit; else the signs' middles")
+      ->type_name("T[,T...]");
+  preview_command
+      ->add_option("--view", preview_options.views,
+                   "front, threequarter, side, left, right, back, above, below, or turns such as 20deg")
+      ->type_name("VIEW[,VIEW...]")
+      ->capture_default_str();
+  preview_command->add_option("--size", size, "Pixels of one picture: 300x360 unless said")->type_name("WxH");
+  preview_command->add_option("--columns", preview_options.columns, "Pictures in a row")
+      ->check(CLI::Range(1, 100))
+      ->type_name("N");
+  preview_command->add_flag("--each-au", preview_options.each_au,
+                            "Every action unit the face can show, instead of a clip");
+  preview_command->callback([&] {
+    if (!size.empty()) {
+      const auto [width, height] = picture_size(size);
+      preview_options.width = width;
+      preview_options.height = height;
+    }
+    if (!preview_options.each_au && (preview_options.clip.empty() || preview_options.files.empty()))
+      throw CLI::RequiredError("FILE with --clip, or --each-au");
+    chosen = [&] { return preview(global, preview_options); };
+  });
 
   SampleOptions sample_options;
   CLI::App* sample_command = app.add_subcommand("sample", "Print a clip's action units over time, as CSV");

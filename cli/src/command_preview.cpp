@@ -1,0 +1,216 @@
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include <nms/lang/quantity.h>
+#include <nms/picture/contact_sheet.h>
+#include <nms/picture/render.h>
+#include <nms/program/evaluate.h>
+#include <nms/runtime/rig.h>
+
+#include "commands.h"
+#include "decimal_seconds.h"
+#include "face_meshes.h"
+#include "loading.h"
+#include "not_actuated.h"
+#include "output_file.h"
+#include "report.h"
+#include "tiers.h"
+#include "times.h"
+
+namespace nms::cli {
+namespace {
+
+constexpr std::size_t kMaxTiles = 400;
+constexpr std::size_t kTimesUnlessAsked = 6;
+
+/// What stands on one tile before it is drawn: all of it but the side it is seen from.
+struct Moment {
+  std::vector<float> values;  ///< by channel
+  std::string caption;
+  std::string detail;
+};
+
+struct View {
+  std::string name;
+  float yaw_rad = 0.0F;
+  float pitch_rad = 0.0F;
+};
+
+constexpr float kRadians = 3.14159265F / 180.0F;
+
+/// "front,threequarter,side", or turns such as 20deg: + shows the signer's left side.
+std::optional<std::vector<View>> read_views(const std::string& text, lang::Diagnostics& diagnostics) {
+  static const std::vector<View> kNamed = {
+      {"front", 0.0F, 0.0F},   {"threequarter", 35.0F, 0.0F}, {"side", 90.0F, 0.0F},   {"left", 90.0F, 0.0F},
+      {"right", -90.0F, 0.0F}, {"back", 180.0F, 0.0F},        {"below", 0.0F, -35.0F}, {"above", 0.0F, 35.0F},
+  };
+  std::vector<View> views;
+  for (const std::string_view name : split_at_commas(text)) {
+    const auto named = std::find_if(kNamed.begin(), kNamed.end(), [&](const View& v) { return v.name == name; });
+    const auto turn = lang::read_quantity(name);
+    if (named != kNamed.end()) {
+      views.push_back({named->name, named->yaw_rad * kRadians, named->pitch_rad * kRadians});
+    } else if (turn && turn->unit == lang::Unit::angle && std::fabs(turn->value) <= 360.0) {
+      views.push_back({std::string(name), static_cast<float>(turn->value) * kRadians, 0.0F});
+    } else {
+      add_failure(diagnostics, {"unknown_view", "--view", fmt::format("\"{}\" is no view", printable(name)),
+                                "there are front, threequarter, side, left, right, back, above, below, and turns such "
+                                "as 20deg"});
+      return std::nullopt;
+    }
+  }
+  return views;
+}
+
+/// Times that show most: the middle of every sign, else even steps; never more than fit a page.
+std::vector<std::int64_t> telling_times(const program::Clip& clip, const Tiers& tiers) {
+  std::vector<std::int64_t> times;
+  for (const TierSpan& s : tiers.signs) times.push_back(s.start_ns + (s.stroke_end_ns - s.start_ns) / 2);
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  if (times.size() >= 2 && times.size() <= 2 * kTimesUnlessAsked) return times;
+  times.clear();
+  for (std::size_t i = 0; i < kTimesUnlessAsked; ++i)
+    times.push_back(clip.start_ns + (clip.end_ns - clip.start_ns) / static_cast<std::int64_t>(2 * kTimesUnlessAsked) *
+                                        static_cast<std::int64_t>(2 * i + 1));
+  return times;
+}
+
+/// The signs and the entries in use at a time.
+std::string what_is_signed(const Tiers& tiers, std::int64_t t) {
+  std::string text;
+  for (const auto* spans : {&tiers.signs, &tiers.uses})
+    for (const TierSpan& s : *spans)
+      if (t >= s.start_ns && t <= s.end_ns) text += (text.empty() ? "" : "  ") + s.name;
+  return text;
+}
+
+std::vector<Moment> moments_of(const program::Program& program, const program::Clip& clip,
+                               std::vector<std::int64_t> times) {
+  const Tiers tiers = read_tiers(program, clip);
+  if (times.empty()) times = telling_times(clip, tiers);
+  std::vector<Moment> moments;
+  for (const std::int64_t t : times) {
+    Moment m;
+    m.values.resize(program.channels.size());
+    program::Player player(program, clip);
+    player.advance(t, m.values);
+    m.caption = decimal_seconds(t) + " s";
+    m.detail = what_is_signed(tiers, t);
+    moments.push_back(std::move(m));
+  }
+  return moments;
+}
+
+/// Rest, and every action unit that the face can show at 100 %: both sides at once.
+std::vector<Moment> every_unit(const program::Program& program, const runtime::Rig& rig) {
+  const std::size_t count = program.channels.size();
+  std::vector<Moment> moments{{std::vector<float>(count, 0.0F), "rest", ""}};
+  for (std::size_t c = 0; c < count; ++c) {
+    const program::Channel& channel = program.channels[c];
+    if (!rig.actuated(static_cast<program::ChannelId>(c))) continue;
+    const std::string title(program.string(channel.title));
+    Moment m{std::vector<float>(count, 0.0F), std::string(program.string(channel.name)), title};
+    m.values[c] = 1.0F;
+    if (channel.kind == program::ChannelKind::axis) {
+      m.caption = program.string(channel.positive);
+      moments.push_back(m);
+      m.caption = program.string(channel.negative);
+      m.values[c] = -1.0F;
+    } else if (channel.side == program::Side::left) {
+      m.caption.pop_back();  // "AU12L", and its other side with it
+      for (std::size_t other = 0; other < count; ++other)
+        if (program.channels[other].au == channel.au && program.channels[other].side == program::Side::right &&
+            program.string(program.channels[other].name) == m.caption + "R")
+          m.values[other] = 1.0F;
+    } else if (channel.side == program::Side::right) {
+      continue;
+    }
+    moments.push_back(std::move(m));
+  }
+  return moments;
+}
+
+tl::expected<picture::Image, picture::RenderFailure> draw_sheet(const PreviewOptions& options,
+                                                                const std::vector<Moment>& moments,
+                                                                const std::vector<View>& views,
+                                                                const runtime::Face& face, const runtime::Rig& rig,
+                                                                const std::string& title) {
+  const int threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 64U));
+  runtime::Pose pose = runtime::make_pose(face, rig);
+  runtime::pose_face(face, rig, std::vector<float>(rig.channel_count(), 0.0F), pose);
+  const picture::Camera base =
+      head_camera(face, rig, pose, static_cast<double>(options.width) / static_cast<double>(options.height));
+  std::vector<picture::Camera> cameras;
+  for (const View& v : views) {
+    picture::Camera camera = base;
+    camera.yaw_rad = v.yaw_rad;
+    camera.pitch_rad = v.pitch_rad;
+    cameras.push_back(camera);
+  }
+  // A row for each view, a column for each moment; many moments of one view fill rows of their own.
+  std::vector<picture::Tile> tiles(moments.size() * views.size());
+  for (std::size_t m = 0; m < moments.size(); ++m) {
+    runtime::pose_face(face, rig, moments[m].values, pose);
+    auto images = picture::render(face_meshes(face, rig, pose), cameras, {options.width, options.height, threads});
+    if (!images) return tl::unexpected(images.error());
+    for (std::size_t v = 0; v < views.size(); ++v)
+      tiles[v * moments.size() + m] = {std::move((*images)[v]), moments[m].caption, moments[m].detail};
+  }
+  const int columns = options.columns > 0 ? options.columns
+                      : views.size() > 1  ? static_cast<int>(moments.size())
+                                          : std::min(static_cast<int>(moments.size()), 8);
+  return picture::contact_sheet(tiles, columns, title);
+}
+
+void run(const PreviewOptions& options, SourceFiles& sources, lang::Diagnostics& diagnostics) {
+  const auto views = read_views(options.views, diagnostics);
+  const auto times = options.times.empty() ? std::vector<std::int64_t>() : read_times(options.times, diagnostics);
+  if (!views || !times) return;
+  const auto image = load_program(options.files, options.face, sources, diagnostics);
+  if (!image) return;
+  const program::Program& program = image->program();
+  const program::Clip* clip = nullptr;
+  if (!options.each_au && (clip = find_clip(program, options.clip, options.files.front(), diagnostics)) == nullptr)
+    return;
+  const auto face = load_face(program, options.face, sources, diagnostics);
+  if (!face) return;
+  const auto rig = runtime::bind(*face, program);
+  if (!rig) {
+    add_failure(diagnostics, rig.error());
+    return;
+  }
+  if (clip != nullptr) warn_not_actuated(program, *rig, {clip}, options.face, diagnostics);
+  const std::vector<Moment> moments = clip != nullptr ? moments_of(program, *clip, *times) : every_unit(program, *rig);
+  if (moments.size() * views->size() > kMaxTiles) {
+    add_failure(diagnostics, {"too_many_pictures", "--at", fmt::format("that is more than {} pictures", kMaxTiles),
+                              "ask for fewer times or views"});
+    return;
+  }
+  const std::string title = clip != nullptr ? fmt::format("{} on {}", options.clip, options.face)
+                                            : fmt::format("{}: every action unit at 100 %", options.face);
+  const auto sheet = draw_sheet(options, moments, *views, *face, *rig, title);
+  if (!sheet) {
+    add_failure(diagnostics, {"no_picture", options.face, sheet.error().cause, "make the pictures smaller"});
+    return;
+  }
+  if (const auto failure = write_file(options.output, picture::encode_png(*sheet))) add_failure(diagnostics, *failure);
+}
+
+}  // namespace
+
+int preview(const GlobalOptions& global, const PreviewOptions& options) {
+  SourceFiles sources(global.stdlib);
+  lang::Diagnostics diagnostics;
+  run(options, sources, diagnostics);
+  return finish(global, diagnostics);
+}
+
+}  // namespace nms::cli
