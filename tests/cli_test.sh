@@ -386,6 +386,25 @@ silent "gloss without utterances" out
 expect 1 "gloss of no utterance" "$nmsc" gloss good.nms --clip look
 says "gloss of no utterance" no_signs
 expect 1 "gloss of no such clip" "$nmsc" gloss good.nms --clip loko
+# ---- Why
+expect 0 "explain" "$nmsc" explain good.nms --clip smile --at 0.5
+silent "explain" err
+holds "explain names the line" grep -q 'good.nms:[0-9]*:[0-9]*  ' out
+expect 0 "explain one channel" "$nmsc" explain good.nms --clip smile --at 500ms --channel AU12L
+holds "explain one channel" test "$(grep -c ' is ' out)" -eq 1
+expect 0 "explain what the clip does not speak of" "$nmsc" explain good.nms --clip smile --at 0.5 --channel AU4
+holds "explain what the clip does not speak of" grep -q 'does not speak of it' out
+expect 0 "explain at rest" "$nmsc" explain good.nms --clip smile --at 0
+holds "explain at rest" grep -q 'at rest' out
+expect 1 "explain no such clip" "$nmsc" explain good.nms --clip smlie --at 0
+says "explain no such clip" "did you mean smile?"
+expect 1 "explain no such channel" "$nmsc" explain good.nms --clip smile --at 0 --channel AU999
+says "explain no such channel" unknown_channel
+expect 1 "explain at no time" "$nmsc" explain good.nms --clip smile --at later
+says "explain at no time" bad_time
+expect 1 "explain a program" "$nmsc" explain good.auc --clip smile --at 0
+says "explain a program" wrong_input
+expect 2 "explain in no such format" "$nmsc" explain good.nms --clip smile --at 0 --format xml
 no_leftovers "all of this"
 
 echo "$count checks, $failed wrong"

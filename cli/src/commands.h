@@ -35,6 +35,16 @@ int compile(const GlobalOptions& global, const std::vector<std::string>& files, 
 
 int dump(const GlobalOptions& global, const std::string& file);
 
+struct ExplainCommandOptions {
+  std::string file;
+  std::string clip;
+  std::string time;
+  std::string channel;  ///< empty: all that are not at rest
+  bool json = false;
+};
+/// Why a channel is what it is: every cause of its value, and how they were merged.
+int explain(const GlobalOptions& global, const ExplainCommandOptions& options);
+
 int format(const GlobalOptions& global, const std::vector<std::string>& files, bool check_only);
 
 /// Overbar notation of every utterance, or of one clip if `clip` is not empty.

@@ -45,6 +45,15 @@ std::vector<std::shared_ptr<const lang::Source>> load_roots(const std::vector<st
   return roots;
 }
 
+std::optional<program::Image> checked_image(const program::Draft& draft, lang::Diagnostics& diagnostics) {
+  auto image = program::Image::from(draft);
+  if (image) return std::move(*image);
+  add_failure(diagnostics, {image.error().kind, image.error().place,
+                            "the compiler made a program that does not pass its own check: " + image.error().cause,
+                            "this is a defect of nmsc; please report it with the source"});
+  return std::nullopt;
+}
+
 std::optional<program::Image> load_program(const std::vector<std::string>& files, const std::string& face,
                                            SourceFiles& sources, lang::Diagnostics& diagnostics) {
   if (files.size() == 1 && is_program(files[0])) {
@@ -73,12 +82,7 @@ std::optional<program::Image> load_program(const std::vector<std::string>& files
   }
   const auto draft = compiler::compile(roots, sources, diagnostics, options);
   if (!draft) return std::nullopt;
-  auto image = program::Image::from(*draft);
-  if (image) return std::move(*image);
-  add_failure(diagnostics, {image.error().kind, image.error().place,
-                            "the compiler made a program that does not pass its own check: " + image.error().cause,
-                            "this is a defect of nmsc; please report it with the source"});
-  return std::nullopt;
+  return checked_image(*draft, diagnostics);
 }
 
 std::optional<runtime::Face> load_face(const program::Program& program, const std::string& face, SourceFiles& sources,

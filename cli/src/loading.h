@@ -17,6 +17,9 @@ namespace nms::cli {
                                                                           SourceFiles& sources,
                                                                           lang::Diagnostics& diagnostics);
 
+/// The program that was compiled, checked as one from outside is. Nothing: a defect of ours, which is reported.
+[[nodiscard]] std::optional<program::Image> checked_image(const program::Draft& draft, lang::Diagnostics& diagnostics);
+
 /// A program from files: `.nms` sources are compiled together, a single `.auc` is loaded and checked.
 /// @param face  the face whose rig description is wanted too; empty: none
 /// Nothing: `diagnostics` says why.

@@ -36,6 +36,15 @@ std::pair<int, int> picture_size(const std::string& text) {
   return {width, height};
 }
 
+/// `--format text|json` of a command that prints data.
+void add_format(CLI::App* command, bool& json) {
+  command
+      ->add_option_function<std::string>(
+          "--format", [&json](const std::string& format) { json = format == "json"; }, "text or json")
+      ->check(CLI::IsMember({"text", "json"}).description(""))
+      ->type_name("FORMAT");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) try {
@@ -97,6 +106,20 @@ int main(int argc, char** argv) try {
   CLI::App* check_command = app.add_subcommand("check", "Check sources, and write nothing");
   check_command->add_option("FILE", files, "Sources")->required();
   check_command->callback([&] { chosen = [&] { return check(global, files); }; });
+
+  ExplainCommandOptions explain_options;
+  CLI::App* explain_command = app.add_subcommand("explain", "Say why action units are what they are at a time");
+  explain_command->add_option("FILE", explain_options.file, "A source")->required();
+  explain_command->add_option("--clip", explain_options.clip, "The clip")->required()->type_name("NAME");
+  explain_command->add_option("--at", explain_options.time, "The time: seconds, or with a unit")
+      ->required()
+      ->type_name("T");
+  explain_command
+      ->add_option("--channel", explain_options.channel,
+                   "AU4, AU4L, an axis (head_yaw) or a track (brows); without it, all that are not at rest")
+      ->type_name("NAME");
+  add_format(explain_command, explain_options.json);
+  explain_command->callback([&] { chosen = [&] { return explain(global, explain_options); }; });
 
   bool check_only = false;
   CLI::App* fmt_command = app.add_subcommand("fmt", "Rewrite sources in canonical form");

@@ -7,11 +7,13 @@
 #include <fmt/format.h>
 
 #include <nms/compiler/diagnostic_kinds.h>
+#include <nms/compiler/explain.h>
 #include <nms/compiler/test.h>
 
 #include "channels.h"
 #include "declarations.h"
 #include "emit.h"
+#include "explain.h"
 #include "load_sources.h"
 #include "lower_clip.h"
 #include "merge.h"
@@ -90,6 +92,14 @@ struct TestRequest {
   std::vector<TestResult> results;
 };
 
+/// The clip whose merging is to be written down, and what was.
+struct ExplainRequest {
+  const ExplainOptions& options;
+  std::vector<std::string> clips;
+  bool found = false;
+  std::vector<ChannelExplanation> channels;
+};
+
 void visit_tests(const std::vector<LoadedFile>& files, Evaluator& evaluator, TestRequest* request) {
   TestRun tests(evaluator);
   for (const Declaration& d : evaluator.declarations().tests) {
@@ -107,7 +117,8 @@ void visit_tests(const std::vector<LoadedFile>& files, Evaluator& evaluator, Tes
 
 std::optional<program::Draft> compile_all(const std::vector<std::shared_ptr<const lang::Source>>& roots,
                                           lang::SourceProvider& provider, lang::Diagnostics& diagnostics,
-                                          const CompileOptions& options, TestRequest* request) {
+                                          const CompileOptions& options, TestRequest* request,
+                                          ExplainRequest* explained = nullptr) {
   std::vector<LoadedFile> files = load_sources(roots, provider, diagnostics);
   const Declarations declarations = Declarations::collect(files, provider, diagnostics);
   const Channels channels = build_channels(files, declarations, diagnostics);
@@ -136,7 +147,15 @@ std::optional<program::Draft> compile_all(const std::vector<std::shared_ptr<cons
       }
     }
     names.insert(clip->name);
-    emitter.clip(*clip, merge(*clip, channels), channels);
+    if (explained != nullptr) explained->clips.push_back(clip->name);
+    if (explained != nullptr && clip->name == explained->options.clip) {
+      ExplanationRecorder recorder(*clip, channels, explained->options.time_ns);
+      emitter.clip(*clip, merge(*clip, channels, &recorder), channels);
+      explained->found = true;
+      explained->channels = recorder.take();
+    } else {
+      emitter.clip(*clip, merge(*clip, channels), channels);
+    }
     if (emitter.draft.knots.size() > kMaxKnots) {
       evaluator.report({}, d.node, TooLarge{"the program", fmt::format("{} knots", kMaxKnots)});
       break;
@@ -162,6 +181,15 @@ std::vector<TestResult> run_tests(const std::vector<std::shared_ptr<const lang::
   TestRequest request{options.filter, {}};
   if (!compile_all(roots, provider, diagnostics, {}, &request)) return {};
   return std::move(request.results);
+}
+
+std::optional<Explanation> explain(const std::vector<std::shared_ptr<const lang::Source>>& roots,
+                                   lang::SourceProvider& provider, lang::Diagnostics& diagnostics,
+                                   const ExplainOptions& options) {
+  ExplainRequest request{options, {}, false, {}};
+  auto draft = compile_all(roots, provider, diagnostics, {}, nullptr, &request);
+  if (!draft) return std::nullopt;
+  return Explanation{std::move(*draft), std::move(request.clips), request.found, std::move(request.channels)};
 }
 
 }  // namespace nms::compiler

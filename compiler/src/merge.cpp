@@ -71,9 +71,10 @@ Curve latest_of(const std::vector<const Contribution*>& group) {
 Curve merge_group(std::vector<const Contribution*> group, const ChannelInfo& channel, program::MergeOperator op,
                   std::deque<Contribution>& made, MergeObserver* observer) {
   coarticulate(group, op, made, observer);
-  const bool sum = op == program::MergeOperator::sum || channel.is_axis();
+  const bool latest = op == program::MergeOperator::latest;
+  const bool sum = !latest && (op == program::MergeOperator::sum || channel.is_axis());
   Curve out;
-  if (op == program::MergeOperator::latest) {
+  if (latest) {
     std::stable_sort(group.begin(), group.end(),
                      [](const Contribution* a, const Contribution* b) { return a->start_ns < b->start_ns; });
     out = latest_of(group);

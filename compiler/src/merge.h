@@ -31,7 +31,7 @@ class MergeObserver {
   /// Co-articulated: `pose` becomes a part of `joint`, which goes from apex to apex.
   virtual void joined(const Contribution& pose, const Contribution& joint) = 0;
   /// The contributions of one layer, or (`stated`) of the utterance itself, became `merged`, held within [low, 1].
-  /// @param sum  they added, whatever `op` says: axes do
+  /// @param sum  they added: the operator says so, or the channel is an axis and the operator is not `latest`
   virtual void group(const std::vector<const Contribution*>& of, bool stated, program::MergeOperator op, bool sum,
                      const Curve& merged) = 0;
   /// All layers up to `layer` became `merged`.

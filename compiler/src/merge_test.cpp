@@ -355,7 +355,7 @@ class Listener : public MergeObserver {
              const Curve& merged) override {
     EXPECT_FALSE(of.empty());
     for (const Contribution* c : of) EXPECT_EQ(c->stated, stated);
-    EXPECT_EQ(sum, op == program::MergeOperator::sum || channel_.is_axis());
+    EXPECT_EQ(sum, op != program::MergeOperator::latest && (op == program::MergeOperator::sum || channel_.is_axis()));
     value = merged.value(time_ns_);
     (stated ? stated_value : layer_value) = value;
   }

@@ -21,6 +21,9 @@ constexpr std::size_t kMaxContributions = 400'000;
 constexpr std::size_t kMaxKnots = 2'000'000;
 constexpr double kMaxCycles = 10'000.0;
 
+constexpr std::string_view kLayerNames[kLayerCount] = {"affect",        "prosody",   "lexical",
+                                                       "morphological", "syntactic", "discourse"};
+
 std::string milliseconds(std::int64_t ns) { return fmt::format("{:.6g}ms", static_cast<double>(ns) / 1e6); }
 
 std::int64_t rounded(double ns) { return static_cast<std::int64_t>(ns < 0.0 ? ns - 0.5 : ns + 0.5); }
@@ -237,11 +240,18 @@ void place_sequence(ClipDraft& clip, const Sequence& s, const Placed& placed, co
 }  // namespace
 
 std::optional<Layer> read_layer(std::string_view function) {
-  static constexpr std::string_view kNames[] = {"affect",        "prosody",   "lexical",
-                                                "morphological", "syntactic", "discourse"};
   for (int i = 0; i < kLayerCount; ++i)
-    if (kNames[i] == function) return static_cast<Layer>(i);
+    if (kLayerNames[i] == function) return static_cast<Layer>(i);
   return std::nullopt;
+}
+
+std::string_view layer_name(Layer layer) { return kLayerNames[static_cast<std::size_t>(layer)]; }
+
+const DraftSource* source_at(const ClipDraft& clip, const Curve& curve, std::int64_t time_ns) {
+  const CurveKnot* knot = nullptr;
+  for (const CurveKnot& k : curve.knots)
+    if (k.source < clip.sources.size() && (knot == nullptr || k.time_ns <= time_ns)) knot = &k;
+  return knot == nullptr ? nullptr : &clip.sources[knot->source];
 }
 
 Timing Timing::over(const Timing& farther) const {

@@ -20,6 +20,7 @@ inline constexpr int kLayerCount = 6;
 
 /// The layer an entry's function puts it in; nothing for a word that is no function.
 [[nodiscard]] std::optional<Layer> read_layer(std::string_view function);
+[[nodiscard]] std::string_view layer_name(Layer layer);
 
 /// One cause of one channel's movement: its curve in the clip's time.
 struct Contribution {
@@ -78,6 +79,9 @@ struct ClipDraft {
   std::size_t knots = 0;
   bool full = false;  ///< it has more than fits, and that has been said
 };
+
+/// What made the segment that a curve is in at a time (before it begins: its first). Null: nothing with a place.
+[[nodiscard]] const DraftSource* source_at(const ClipDraft& clip, const Curve& curve, std::int64_t time_ns);
 
 /// How long a movement lasts where it is placed.
 enum class Extent : std::uint8_t {

@@ -246,16 +246,11 @@ std::vector<TestCause> causes_of(const TestSubject& subject, const Wanted& w, bo
       if (!meant || c.curve.empty()) continue;
       const double value = c.curve.value(time_ns);
       if (then && value < kSlack && value > -kSlack) continue;
-      const CurveKnot* knot = &c.curve.knots.front();
-      for (const CurveKnot& k : c.curve.knots)
-        if (k.source < subject.clip.sources.size() &&
-            (knot->source >= subject.clip.sources.size() || k.time_ns <= time_ns))
-          knot = &k;
-      if (knot->source >= subject.clip.sources.size()) continue;
-      const DraftSource& made = subject.clip.sources[knot->source];
-      TestCause cause{made.node.tree().source_pointer(),
-                      made.node.range(),
-                      std::string(made.entry),
+      const DraftSource* made = source_at(subject.clip, c.curve, time_ns);
+      if (made == nullptr) continue;
+      TestCause cause{made->node.tree().source_pointer(),
+                      made->node.range(),
+                      std::string(made->entry),
                       channels.channels[c.channel].name,
                       value,
                       then};
