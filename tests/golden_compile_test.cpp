@@ -2,6 +2,7 @@
 //   tests/golden/check/*.nms    beside the diagnostics as text
 //   tests/golden/program/*.nms  beside the clips of the compiled program as text
 //   tests/golden/test/*.nms     beside how its tests come out
+// A table of times X.csv or X.json goes with X.nms.
 // Both see the small library of tests/golden/stdlib, so that they do not change with the real one.
 // NMS_REFRESH=1 rewrites the expectations; what changed is then read in the diff.
 #include <algorithm>
@@ -21,6 +22,8 @@
 #include <nms/lang/render.h>
 #include <nms/program/evaluate.h>
 #include <nms/program/text.h>
+
+#include "../cli/src/time_table_file.h"
 
 namespace {
 
@@ -60,6 +63,19 @@ class GoldenFiles : public lang::SourceProvider {
   std::map<std::string, std::shared_ptr<const lang::Source>> known_;
 };
 
+/// The tables of times that stand beside a source: X.csv and X.json for X.nms.
+std::vector<compiler::TimeTable> tables(const fs::path& path, GoldenFiles& files, lang::Diagnostics& diagnostics) {
+  std::vector<compiler::TimeTable> out;
+  for (const char* ending : {".csv", ".json"}) {
+    fs::path table = path;
+    table.replace_extension(ending);
+    const auto source = files.open(table.filename().string(), table);
+    auto read = source ? cli::read_time_table(source, diagnostics) : std::nullopt;
+    if (read) out.push_back(std::move(*read));
+  }
+  return out;
+}
+
 struct Compiled {
   lang::Diagnostics diagnostics;
   std::optional<program::Image> image;
@@ -68,7 +84,9 @@ struct Compiled {
 Compiled compiled(const fs::path& path) {
   GoldenFiles files(path.parent_path());
   Compiled out;
-  const auto draft = compiler::compile({files.open(path.filename().string(), path)}, files, out.diagnostics);
+  compiler::CompileOptions options;
+  options.times = tables(path, files, out.diagnostics);
+  const auto draft = compiler::compile({files.open(path.filename().string(), path)}, files, out.diagnostics, options);
   if (draft) {
     auto image = program::Image::from(*draft);
     EXPECT_TRUE(image) << path << ": " << (image ? "" : image.error().cause);
@@ -127,7 +145,8 @@ TEST(GoldenTest, outcomes_are_as_expected) {
     SCOPED_TRACE(path.filename().string());
     GoldenFiles files(path.parent_path());
     lang::Diagnostics diagnostics;
-    const auto results = compiler::run_tests({files.open(path.filename().string(), path)}, files, diagnostics);
+    const auto results = compiler::run_tests({files.open(path.filename().string(), path)}, files, diagnostics,
+                                             {{}, tables(path, files, diagnostics)});
     EXPECT_TRUE(diagnostics.all().empty()) << lang::render_text(diagnostics, false);
     compare(path, outcomes(results));
     const bool fails = path.filename().string().rfind("fail", 0) == 0;
@@ -143,7 +162,7 @@ TEST(GoldenTest, a_filter_picks_by_name) {
   const fs::path path = kGolden / "test/passes.nms";
   GoldenFiles files(path.parent_path());
   lang::Diagnostics diagnostics;
-  const auto results = compiler::run_tests({files.open("passes.nms", path)}, files, diagnostics, {"side"});
+  const auto results = compiler::run_tests({files.open("passes.nms", path)}, files, diagnostics, {"side", {}});
   ASSERT_EQ(results.size(), 1U);
   EXPECT_EQ(results[0].name, "one side and both");
 }

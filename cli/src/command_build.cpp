@@ -15,8 +15,9 @@ namespace nms::cli {
 namespace {
 
 /// sources -> program -> face -> rig -> GLB, on disk.
-void run(const BuildOptions& options, SourceFiles& sources, lang::Diagnostics& diagnostics) {
-  const auto image = load_program(options.files, options.face, sources, diagnostics);
+void run(const GlobalOptions& global, const BuildOptions& options, SourceFiles& sources,
+         lang::Diagnostics& diagnostics) {
+  const auto image = load_program(global, options.files, options.face, sources, diagnostics);
   if (!image) return;
   const program::Program& program = image->program();
 
@@ -61,7 +62,7 @@ void run(const BuildOptions& options, SourceFiles& sources, lang::Diagnostics& d
 int build(const GlobalOptions& global, const BuildOptions& options) {
   SourceFiles sources(global.stdlib);
   lang::Diagnostics diagnostics;
-  run(options, sources, diagnostics);
+  run(global, options, sources, diagnostics);
   return finish(global, diagnostics);
 }
 

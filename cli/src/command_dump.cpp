@@ -11,7 +11,7 @@ namespace nms::cli {
 int dump(const GlobalOptions& global, const std::string& file) {
   SourceFiles sources(global.stdlib);
   lang::Diagnostics diagnostics;
-  if (const auto image = load_program({file}, "", sources, diagnostics)) {
+  if (const auto image = load_program(global, {file}, "", sources, diagnostics)) {
     const std::string text = program::to_text(image->program());
     std::fwrite(text.data(), 1, text.size(), stdout);
   }

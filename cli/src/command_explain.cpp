@@ -59,7 +59,8 @@ std::vector<ExplainedChannel> chosen_channels(const program::Program& p, const p
   return out;
 }
 
-void run(const ExplainCommandOptions& options, SourceFiles& sources, lang::Diagnostics& diagnostics) {
+void run(const GlobalOptions& global, const ExplainCommandOptions& options, SourceFiles& sources,
+         lang::Diagnostics& diagnostics) {
   const auto times = read_times(options.time, diagnostics);
   if (!times) return;
   if (times->size() != 1) {
@@ -69,8 +70,9 @@ void run(const ExplainCommandOptions& options, SourceFiles& sources, lang::Diagn
   }
   const std::int64_t time_ns = times->front();
   const auto roots = load_roots({options.file}, sources, diagnostics);
+  auto tables = load_time_tables(global, sources, diagnostics);
   if (diagnostics.error_count() != 0) return;
-  auto explained = compiler::explain(roots, sources, diagnostics, {options.clip, time_ns});
+  auto explained = compiler::explain(roots, sources, diagnostics, {options.clip, time_ns, std::move(*tables)});
   if (!explained) return;
   const auto image = checked_image(explained->program, diagnostics);
   if (!image) return;
@@ -98,7 +100,7 @@ void run(const ExplainCommandOptions& options, SourceFiles& sources, lang::Diagn
 int explain(const GlobalOptions& global, const ExplainCommandOptions& options) {
   SourceFiles sources(global.stdlib);
   lang::Diagnostics diagnostics;
-  run(options, sources, diagnostics);
+  run(global, options, sources, diagnostics);
   return finish(global, diagnostics);
 }
 

@@ -12,6 +12,11 @@ namespace nms::cli {
 int format(const GlobalOptions& global, const std::vector<std::string>& files, bool check_only) {
   SourceFiles sources(global.stdlib);
   lang::Diagnostics diagnostics;
+  if (!global.marks.empty()) {
+    add_failure(diagnostics,
+                {"wrong_input", global.marks.front(), "formatting asks for no times", "leave --marks out"});
+    return finish(global, diagnostics);
+  }
   for (const std::string& file : files) {
     const auto source = sources.open(file);
     if (!source) {

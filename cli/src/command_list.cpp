@@ -21,7 +21,7 @@ std::string_view kind_name(program::ClipKind kind) {
 int list(const GlobalOptions& global, const std::vector<std::string>& files) {
   SourceFiles sources(global.stdlib);
   lang::Diagnostics diagnostics;
-  if (const auto image = load_program(files, "", sources, diagnostics)) {
+  if (const auto image = load_program(global, files, "", sources, diagnostics)) {
     const program::Program& p = image->program();
     std::string out;
     for (const program::Clip& c : p.clips)

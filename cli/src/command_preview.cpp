@@ -170,11 +170,12 @@ tl::expected<picture::Image, picture::RenderFailure> draw_sheet(const PreviewOpt
   return picture::contact_sheet(tiles, columns, title);
 }
 
-void run(const PreviewOptions& options, SourceFiles& sources, lang::Diagnostics& diagnostics) {
+void run(const GlobalOptions& global, const PreviewOptions& options, SourceFiles& sources,
+         lang::Diagnostics& diagnostics) {
   const auto views = read_views(options.views, diagnostics);
   const auto times = options.times.empty() ? std::vector<std::int64_t>() : read_times(options.times, diagnostics);
   if (!views || !times) return;
-  const auto image = load_program(options.files, options.face, sources, diagnostics);
+  const auto image = load_program(global, options.files, options.face, sources, diagnostics);
   if (!image) return;
   const program::Program& program = image->program();
   const program::Clip* clip = nullptr;
@@ -209,7 +210,7 @@ void run(const PreviewOptions& options, SourceFiles& sources, lang::Diagnostics&
 int preview(const GlobalOptions& global, const PreviewOptions& options) {
   SourceFiles sources(global.stdlib);
   lang::Diagnostics diagnostics;
-  run(options, sources, diagnostics);
+  run(global, options, sources, diagnostics);
   return finish(global, diagnostics);
 }
 

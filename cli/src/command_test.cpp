@@ -38,10 +38,12 @@ int test(const GlobalOptions& global, const TestCommandOptions& options) {
   std::size_t failed = 0;
   const bool color = ::isatty(STDOUT_FILENO) != 0 && std::getenv("NO_COLOR") == nullptr;
   lang::Diagnostics failures;
+  const auto tables = load_time_tables(global, sources, diagnostics);
   // Each file by itself: names of clips in one have nothing to do with those in another.
   for (const auto& root : load_roots(options.files, sources, diagnostics)) {
+    if (!tables) break;
     lang::Diagnostics own;
-    TestedFile file{root->path(), compiler::run_tests({root}, sources, own, {options.filter})};
+    TestedFile file{root->path(), compiler::run_tests({root}, sources, own, {options.filter, *tables})};
     for (const lang::Diagnostic& d : own.all()) diagnostics.add(d);
     for (const compiler::TestResult& t : file.tests) {
       ++(t.passed() ? passed : failed);

@@ -15,8 +15,9 @@ enum class ErrorFormat { text, json, sarif };
 
 struct GlobalOptions {
   ErrorFormat error_format = ErrorFormat::text;
-  bool deny_warnings = false;  ///< warnings count as errors
-  std::string stdlib;          ///< folder that takes the place of the embedded stdlib; empty: the embedded one
+  bool deny_warnings = false;      ///< warnings count as errors
+  std::string stdlib;              ///< folder that takes the place of the embedded stdlib; empty: the embedded one
+  std::vector<std::string> marks;  ///< tables of times, .csv or .json
 };
 
 struct BuildOptions {

@@ -9,9 +9,13 @@
 #include <nms/runtime/face_x3d.h>
 
 #include "report.h"
+#include "time_table_file.h"
 
 namespace nms::cli {
 namespace {
+
+/// A table of a million rows takes less; a JSON text takes some ten times its size while it is read.
+constexpr std::size_t kMaxTableBytes = 64U << 20U;
 
 bool is_program(const std::string& path) { return path.ends_with(".auc"); }
 
@@ -54,9 +58,42 @@ std::optional<program::Image> checked_image(const program::Draft& draft, lang::D
   return std::nullopt;
 }
 
-std::optional<program::Image> load_program(const std::vector<std::string>& files, const std::string& face,
-                                           SourceFiles& sources, lang::Diagnostics& diagnostics) {
+std::optional<std::vector<compiler::TimeTable>> load_time_tables(const GlobalOptions& global, SourceFiles& sources,
+                                                                 lang::Diagnostics& diagnostics) {
+  std::vector<compiler::TimeTable> tables;
+  bool good = true;
+  for (const std::string& path : global.marks) {
+    auto source = sources.open(path);
+    if (!source) {
+      add_failure(diagnostics, source.error());
+      good = false;
+      continue;
+    }
+    if ((*source)->text().size() > kMaxTableBytes) {
+      add_failure(diagnostics, {"file_too_large", path, fmt::format("it has more than {} bytes", kMaxTableBytes),
+                                "split it into several tables"});
+      good = false;
+      continue;
+    }
+    auto table = read_time_table(*source, diagnostics);
+    if (table)
+      tables.push_back(std::move(*table));
+    else
+      good = false;
+  }
+  if (!good) return std::nullopt;
+  return tables;
+}
+
+std::optional<program::Image> load_program(const GlobalOptions& global, const std::vector<std::string>& files,
+                                           const std::string& face, SourceFiles& sources,
+                                           lang::Diagnostics& diagnostics) {
   if (files.size() == 1 && is_program(files[0])) {
+    if (!global.marks.empty()) {
+      add_failure(diagnostics, {"wrong_input", files[0], "a compiled program has its times already",
+                                "give --marks together with the sources"});
+      return std::nullopt;
+    }
     auto bytes = read_file(files[0]);
     if (!bytes) {
       add_failure(diagnostics, bytes.error());
@@ -69,7 +106,10 @@ std::optional<program::Image> load_program(const std::vector<std::string>& files
   }
   std::vector<std::shared_ptr<const lang::Source>> roots = load_roots(files, sources, diagnostics);
   if (diagnostics.error_count() != 0) return std::nullopt;
+  auto tables = load_time_tables(global, sources, diagnostics);
+  if (!tables) return std::nullopt;
   compiler::CompileOptions options;
+  options.times = std::move(*tables);
   if (!face.empty()) {
     const auto source = face_source(face, sources);
     if (!source) {

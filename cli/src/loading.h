@@ -4,10 +4,12 @@
 #include <string>
 #include <vector>
 
+#include <nms/compiler/time_table.h>
 #include <nms/lang/diagnostic.h>
 #include <nms/program/program.h>
 #include <nms/runtime/face.h>
 
+#include "commands.h"
 #include "source_files.h"
 
 namespace nms::cli {
@@ -20,10 +22,17 @@ namespace nms::cli {
 /// The program that was compiled, checked as one from outside is. Nothing: a defect of ours, which is reported.
 [[nodiscard]] std::optional<program::Image> checked_image(const program::Draft& draft, lang::Diagnostics& diagnostics);
 
-/// A program from files: `.nms` sources are compiled together, a single `.auc` is loaded and checked.
+/// The tables of times that the user named with --marks. Nothing: `diagnostics` says why.
+[[nodiscard]] std::optional<std::vector<compiler::TimeTable>> load_time_tables(const GlobalOptions& global,
+                                                                               SourceFiles& sources,
+                                                                               lang::Diagnostics& diagnostics);
+
+/// A program from files: `.nms` sources are compiled together, with the tables of times that go with them; a single
+/// `.auc` is loaded and checked.
 /// @param face  the face whose rig description is wanted too; empty: none
 /// Nothing: `diagnostics` says why.
-[[nodiscard]] std::optional<program::Image> load_program(const std::vector<std::string>& files, const std::string& face,
+[[nodiscard]] std::optional<program::Image> load_program(const GlobalOptions& global,
+                                                         const std::vector<std::string>& files, const std::string& face,
                                                          SourceFiles& sources, lang::Diagnostics& diagnostics);
 
 /// The face that a program's rig description names: its geometry.

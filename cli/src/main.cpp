@@ -21,7 +21,8 @@ constexpr const char* kDescription =
     "to AU curve programs and animated glTF.";
 
 constexpr const char* kFooter =
-    "\nEvery command takes --error-format text|json|sarif, --deny warnings and --stdlib DIR.\n"
+    "\nEvery command takes --error-format text|json|sarif, --deny warnings, --stdlib DIR and\n"
+    "--marks TABLE.\n"
     "FILE is a path, or - for standard input. Exit: 0 success, 1 errors in the input, 2 wrong usage.\n"
     "Example: nmsc build question.nms -o question.glb";
 
@@ -69,6 +70,11 @@ int main(int argc, char** argv) try {
   app.add_option("--stdlib", global.stdlib, "Folder to use as the standard library, instead of the one inside nmsc")
       ->check(CLI::ExistingDirectory)
       ->type_name("DIR");
+  app.add_option("--marks", global.marks,
+                 "Table of times of marks and signs, .csv or .json; may be given several times")
+      ->type_name("TABLE")
+      ->take_all()
+      ->expected(1);
 
   std::function<int()> chosen;
 

@@ -67,6 +67,12 @@ struct ClipSource {
   std::optional<ClipDraft> (*lower)(const Declaration&, Evaluator&);
 };
 
+std::optional<ClipDraft> utterance_clip(const Declaration& d, Evaluator& evaluator) {
+  auto utterance = lower_utterance(d, evaluator);
+  if (!utterance) return std::nullopt;
+  return std::move(utterance->clip);
+}
+
 /// All that becomes a clip, in the order it is declared, file by file.
 std::vector<ClipSource> clip_sources(const std::vector<LoadedFile>& files, const Declarations& all) {
   std::vector<ClipSource> out;
@@ -75,7 +81,7 @@ std::vector<ClipSource> clip_sources(const std::vector<LoadedFile>& files, const
   for (const Declaration& d : all.clips) {
     if (!files[d.file].root) continue;
     if (d.node.is(NodeKind::timeline)) out.push_back({&d, &lower_timeline});
-    if (d.node.is(NodeKind::utterance)) out.push_back({&d, &lower_utterance});
+    if (d.node.is(NodeKind::utterance)) out.push_back({&d, &utterance_clip});
   }
   for (const Declaration& d : all.entries)
     if (files[d.file].root) out.push_back({&d, &lower_entry});
@@ -119,10 +125,11 @@ std::optional<program::Draft> compile_all(const std::vector<std::shared_ptr<cons
                                           lang::SourceProvider& provider, lang::Diagnostics& diagnostics,
                                           const CompileOptions& options, TestRequest* request,
                                           ExplainRequest* explained = nullptr) {
+  OutsideTimes outside(options.times, diagnostics);
   std::vector<LoadedFile> files = load_sources(roots, provider, diagnostics);
   const Declarations declarations = Declarations::collect(files, provider, diagnostics);
   const Channels channels = build_channels(files, declarations, diagnostics);
-  Evaluator evaluator(files, declarations, channels, diagnostics);
+  Evaluator evaluator(files, declarations, channels, outside, diagnostics);
   Emitter emitter;
   emitter.channels(channels);
   build_rig(options.face, evaluator, emitter);
@@ -163,6 +170,8 @@ std::optional<program::Draft> compile_all(const std::vector<std::shared_ptr<cons
   }
   visit_tests(files, evaluator, request);
   if (diagnostics.error_count() != 0) return std::nullopt;
+  // Tests are run file by file, and one table may serve them all.
+  if (request == nullptr) outside.report_unused(diagnostics);
   program::order_plays(emitter.draft);
   return std::move(emitter.draft);
 }
@@ -179,7 +188,9 @@ std::vector<TestResult> run_tests(const std::vector<std::shared_ptr<const lang::
                                   lang::SourceProvider& provider, lang::Diagnostics& diagnostics,
                                   const TestOptions& options) {
   TestRequest request{options.filter, {}};
-  if (!compile_all(roots, provider, diagnostics, {}, &request)) return {};
+  CompileOptions compile_options;
+  compile_options.times = options.times;
+  if (!compile_all(roots, provider, diagnostics, compile_options, &request)) return {};
   return std::move(request.results);
 }
 
@@ -187,7 +198,9 @@ std::optional<Explanation> explain(const std::vector<std::shared_ptr<const lang:
                                    lang::SourceProvider& provider, lang::Diagnostics& diagnostics,
                                    const ExplainOptions& options) {
   ExplainRequest request{options, {}, false, {}};
-  auto draft = compile_all(roots, provider, diagnostics, {}, nullptr, &request);
+  CompileOptions compile_options;
+  compile_options.times = options.times;
+  auto draft = compile_all(roots, provider, diagnostics, compile_options, nullptr, &request);
   if (!draft) return std::nullopt;
   return Explanation{std::move(*draft), std::move(request.clips), request.found, std::move(request.channels)};
 }

@@ -1,5 +1,7 @@
 #include <nms/compiler/diagnostic_kinds.h>
 
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -171,6 +173,14 @@ Description SignTimes::describe() const {
           {{"sign", sign}, {"reason", reason}}};
 }
 
+Description UnknownMark::describe() const {
+  Description d{
+      fmt::format("nothing says when the mark {} is in {}", name, clip), {}, {{"name", name}, {"clip", clip}}};
+  offer(d, nearest);
+  d.helps.push_back("a mark's time comes from a table of names and times: nmsc check FILE --marks TABLE.csv");
+  return d;
+}
+
 Description MissingLexicon::describe() const {
   if (name.empty())
     return {fmt::format("{} is an entry's name, and this utterance has no lexicon", needed_by),
@@ -232,6 +242,17 @@ Description Saturated::describe() const {
   return {fmt::format("{} adds up to {} and is held at {}", channel, sum, held),
           {},
           {{"channel", channel}, {"sum", sum}, {"held", held}}};
+}
+
+Description UnusedTimes::describe() const {
+  constexpr std::size_t kShown = 5;
+  const std::vector<std::string> shown(names.begin(),
+                                       names.begin() + static_cast<std::ptrdiff_t>(std::min(kShown, names.size())));
+  const std::string more = names.size() > kShown ? fmt::format(" and {} more", names.size() - kShown) : std::string();
+  return {
+      fmt::format("nothing asks for the time of {}{}", joined(shown), more),
+      {"a mark is asked for by `mark NAME` in its clip, a sign's times by the utterance and the sign that they name"},
+      {{"names", joined(shown)}, {"count", fmt::format("{}", names.size())}}};
 }
 
 }  // namespace nms::compiler

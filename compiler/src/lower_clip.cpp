@@ -26,6 +26,12 @@ Scope default_scope(const Declaration& d, Evaluator& evaluator, bool& good) {
   return good ? *bound : outer;
 }
 
+/// Marks that a clip asks for stand in it.
+void mark_markers(ClipDraft& clip, const OutsideTimes::InClip& in) {
+  for (const OutsideTimes::Used& mark : in.used())
+    clip.markers.push_back({mark.time_ns, std::string(mark.name), program::MarkerKind::mark});
+}
+
 void finish_extent(ClipDraft& clip) {
   for (const Contribution& c : clip.contributions) {
     clip.start_ns = std::min(clip.start_ns, c.curve.knots.empty() ? c.start_ns : c.curve.knots.front().time_ns);
@@ -38,7 +44,8 @@ class UtteranceLowering {
  public:
   UtteranceLowering(const Declaration& d, Evaluator& evaluator) : d_(d), evaluator_(evaluator) { scope_.file = d.file; }
 
-  std::optional<ClipDraft> run() {
+  std::optional<UtteranceDraft> run() {
+    const OutsideTimes::InClip in(evaluator_.outside(), d_.name);
     clip_.name = d_.name;
     clip_.kind = program::ClipKind::utterance;
     if (!find_lexicon()) return std::nullopt;
@@ -59,8 +66,9 @@ class UtteranceLowering {
       clip_.start_ns = std::min(clip_.start_ns, s.start_ns);
       clip_.end_ns = std::max(clip_.end_ns, s.end_ns);
     }
+    mark_markers(clip_, in);
     finish_extent(clip_);
-    return std::move(clip_);
+    return UtteranceDraft{std::move(clip_), std::move(tier_), whole_};
   }
 
  private:
@@ -440,6 +448,7 @@ std::optional<ClipDraft> lower_timeline(const Declaration& d, Evaluator& evaluat
 }
 
 std::optional<ClipDraft> lower_timeline(const Declaration& d, const Scope& scope, Evaluator& evaluator) {
+  const OutsideTimes::InClip in(evaluator.outside(), d.name);
   ClipDraft clip;
   clip.name = d.name;
   clip.kind = program::ClipKind::timeline;
@@ -480,11 +489,12 @@ std::optional<ClipDraft> lower_timeline(const Declaration& d, const Scope& scope
           OutlastsTimeline{fmt::format("{:.6g}s", static_cast<double>(end) / 1e9), std::string(stated.text())});
   }
   clip.end_ns = length;
+  mark_markers(clip, in);
   finish_extent(clip);
   return clip;
 }
 
-std::optional<ClipDraft> lower_utterance(const Declaration& d, Evaluator& evaluator) {
+std::optional<UtteranceDraft> lower_utterance(const Declaration& d, Evaluator& evaluator) {
   if (d.node.has(lang::kFlagError)) return std::nullopt;
   return UtteranceLowering(d, evaluator).run();
 }
@@ -498,12 +508,14 @@ std::optional<ClipDraft> lower_entry(const Declaration& d, Evaluator& evaluator)
 
 std::optional<ClipDraft> lower_entry(const Declaration& d, const EntryUse& use, std::int64_t length_ns,
                                      Evaluator& evaluator) {
+  const OutsideTimes::InClip in(evaluator.outside(), d.name);
   ClipDraft clip;
   clip.name = d.name;
   clip.kind = program::ClipKind::entry;
   const Span span{0, length_ns, kUnreachable, kUnreachable};
   clip.end_ns = span.end_ns;
   schedule_entry(clip, d, use.scope, span, {}, use.intensity, nullptr, evaluator);
+  mark_markers(clip, in);
   finish_extent(clip);
   return clip;
 }

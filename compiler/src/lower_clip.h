@@ -10,8 +10,16 @@ namespace nms::compiler {
 /// Each turns one declaration into a clip that has yet to be merged. Nothing: it has errors, which have been reported.
 [[nodiscard]] std::optional<ClipDraft> lower_expression(const Declaration& d, Evaluator& evaluator);
 [[nodiscard]] std::optional<ClipDraft> lower_timeline(const Declaration& d, Evaluator& evaluator);
-[[nodiscard]] std::optional<ClipDraft> lower_utterance(const Declaration& d, Evaluator& evaluator);
 [[nodiscard]] std::optional<ClipDraft> lower_timeline(const Declaration& d, const Scope& scope, Evaluator& evaluator);
+
+/// An utterance that has yet to be merged, with its signs and the span that they take; without signs the span has no
+/// end.
+struct UtteranceDraft {
+  ClipDraft clip;
+  ManualTier tier;
+  Span whole;
+};
+[[nodiscard]] std::optional<UtteranceDraft> lower_utterance(const Declaration& d, Evaluator& evaluator);
 
 /// An entry's parameters, and what scales all of it: every entry has an intensity, declared or not, neg(60%).
 struct EntryUse {

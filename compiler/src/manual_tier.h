@@ -17,6 +17,7 @@ struct Sign {
   std::int64_t stroke_end_ns = 0;
   std::int64_t end_ns = 0;
   bool non_dominant = false;
+  bool timed = false;  ///< by the source or from outside; else its times are measured ones
   lang::NodeRef node;
 };
 
@@ -42,8 +43,9 @@ struct ManualTier {
   }
 };
 
-/// Reads the `signs { }` blocks. Signs without times get measured lengths and gaps: 233 ms a sign, 100 ms a gap,
-/// 400 ms the last sign (NCSLGR medians).
+/// Reads the `signs { }` blocks. What a table of times says of a sign takes the place of what the source says. Signs
+/// without times get measured lengths and gaps: 233 ms a sign, 100 ms a gap, 400 ms the last sign (NCSLGR medians);
+/// between signs that have times they shrink in proportion, where there is less room.
 [[nodiscard]] ManualTier build_manual_tier(lang::NodeRef utterance, const Scope& scope, Evaluator& evaluator);
 
 }  // namespace nms::compiler

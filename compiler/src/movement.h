@@ -16,6 +16,7 @@
 #include "channels.h"
 #include "curve.h"
 #include "declarations.h"
+#include "outside_times.h"
 
 namespace nms::compiler {
 
@@ -82,8 +83,8 @@ struct Scope {
 class Evaluator {
  public:
   Evaluator(const std::vector<LoadedFile>& files, const Declarations& declarations, const Channels& channels,
-            lang::Diagnostics& diagnostics)
-      : files_(files), declarations_(declarations), channels_(channels), diagnostics_(diagnostics) {}
+            OutsideTimes& outside, lang::Diagnostics& diagnostics)
+      : files_(files), declarations_(declarations), channels_(channels), outside_(outside), diagnostics_(diagnostics) {}
 
   /// A `sum` node. Nothing if anything in it is wrong; it has been reported then.
   [[nodiscard]] std::optional<Movement> sum(lang::NodeRef node, const Scope& scope);
@@ -127,6 +128,7 @@ class Evaluator {
 
   [[nodiscard]] const Channels& channels() const { return channels_; }
   [[nodiscard]] const Declarations& declarations() const { return declarations_; }
+  [[nodiscard]] OutsideTimes& outside() { return outside_; }
   [[nodiscard]] lang::Diagnostics& diagnostics() { return diagnostics_; }
   [[nodiscard]] const std::vector<LoadedFile>& files() const { return files_; }
 
@@ -158,6 +160,7 @@ class Evaluator {
   const std::vector<LoadedFile>& files_;
   const Declarations& declarations_;
   const Channels& channels_;
+  OutsideTimes& outside_;
   lang::Diagnostics& diagnostics_;
   std::unordered_map<std::uint64_t, std::optional<Movement>> known_;  ///< of declarations called without arguments
   std::unordered_set<std::uint64_t> too_heavy_;  ///< declarations that took too much work: reported, not tried again

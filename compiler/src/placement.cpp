@@ -92,8 +92,16 @@ std::optional<std::int64_t> Placer::point(NodeRef node) {
         const std::string_view text = part.text();
         const NodeRef name = part.at(0);
         if (text.starts_with("mark")) {
-          evaluator_.report(scope_, part, NotCompiled{"a mark"});
-          return std::nullopt;
+          const auto given = name ? evaluator_.outside().mark(name.text()) : std::nullopt;
+          if (name && !given)
+            evaluator_.report(
+                scope_, name,
+                UnknownMark{std::string(name.text()), std::string(evaluator_.outside().clip()),
+                            evaluator_.similar(name.text(), [&] { return evaluator_.outside().mark_names(); })});
+          if (!given) return std::nullopt;
+          time = *given;
+          have = true;
+          break;
         }
         if (!name) {  // `at start`, `end - 30ms`: of what surrounds it
           const auto of_whole = edge(part, text.starts_with("start"));

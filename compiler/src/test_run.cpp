@@ -339,6 +339,7 @@ class ExpectReader {
   }
 
   bool place(NodeRef node, Wanted& w) {
+    const OutsideTimes::InClip in(evaluator_.outside(), subject_->clip.name);
     const PlacementContext context = subject_->context();
     Placer placer(evaluator_, scope_, context);
     if (const NodeRef at = node.child(NodeKind::at)) {
@@ -528,20 +529,14 @@ TestRun::Subject TestRun::play_clip(const Declaration& d, NodeRef play, NodeRef 
       evaluator_.report(scope, a, UnexpectedArgument{std::string(d.name), std::string(a.text()), {}});
       return nullptr;
     }
-    clip = lower_utterance(d, evaluator_);
-    if (clip) {
+    auto utterance = lower_utterance(d, evaluator_);
+    if (utterance) {
+      subject->tier = std::move(utterance->tier);
+      subject->whole = utterance->whole;
+      if (subject->tier.empty())
+        subject->whole = {utterance->clip.start_ns, utterance->clip.end_ns, kUnreachable, kUnreachable};
+      clip = std::move(utterance->clip);
       subject->clip = std::move(*clip);
-      Scope own;
-      own.file = d.file;
-      subject->tier = build_manual_tier(d.node, own, evaluator_);
-      const std::vector<Sign>& signs = subject->tier.signs;
-      subject->whole = {subject->clip.start_ns, subject->clip.end_ns, kUnreachable, kUnreachable};
-      if (!signs.empty()) {
-        const std::uint32_t count = subject->tier.main_count();
-        subject->whole = {signs.front().start_ns, signs.front().end_ns, 0, count - 1};
-        for (std::uint32_t i = 0; i < count; ++i)
-          subject->whole.end_ns = std::max(subject->whole.end_ns, signs[i].end_ns);
-      }
     }
   }
   if (!clip) subject = nullptr;

@@ -9,11 +9,15 @@
 #include <nms/lang/source.h>
 #include <nms/program/program.h>
 
+#include <nms/compiler/time_table.h>
+
 namespace nms::compiler {
 
 struct CompileOptions {
   /// The face whose landmarks and muscles go into the rig description; empty: the first one declared, if any.
   std::string face;
+  /// Times from outside, for marks and for signs.
+  std::vector<TimeTable> times = {};
 };
 
 /// Compiles sources to one AU curve program with its rig description.

@@ -35,6 +35,7 @@ namespace nms::compiler {
   X(BadProfile, bad_profile, error)                       \
   X(NoSigns, no_signs, error)                             \
   X(SignTimes, sign_times, error)                         \
+  X(UnknownMark, unknown_mark, error)                     \
   X(MissingLexicon, missing_lexicon, error)               \
   X(UnknownProperty, unknown_property, error)             \
   X(BadProperty, bad_property, error)                     \
@@ -44,7 +45,8 @@ namespace nms::compiler {
   X(PhasesShrunk, phases_shrunk, warning)                 \
   X(RateChanged, rate_changed, warning)                   \
   X(OutlastsTimeline, outlasts_timeline, warning)         \
-  X(Saturated, saturated, warning)
+  X(Saturated, saturated, warning)                        \
+  X(UnusedTimes, unused_times, warning)
 // clang-format on
 
 #define NMS_KIND(kind_, severity_)                                       \
@@ -173,6 +175,13 @@ struct SignTimes {
   std::string sign;
   std::string reason;
 };
+/// A mark that no table of times gives.
+struct UnknownMark {
+  NMS_KIND(unknown_mark, error);
+  std::string name;
+  std::string clip;
+  std::vector<std::string> nearest;
+};
 struct MissingLexicon {
   NMS_KIND(missing_lexicon, error);
   std::string name;  ///< of the lexicon; empty: the utterance names none
@@ -228,6 +237,11 @@ struct Saturated {
   std::string channel;
   std::string sum;
   std::string held;  ///< where it is held: 100%, 0%, or -100% on an axis
+};
+/// Rows of a table of times that nothing asked for.
+struct UnusedTimes {
+  NMS_KIND(unused_times, warning);
+  std::vector<std::string> names;
 };
 
 #undef NMS_KIND

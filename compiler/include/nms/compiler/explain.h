@@ -12,12 +12,16 @@
 #include <nms/lang/source.h>
 #include <nms/program/program.h>
 
+#include <nms/compiler/time_table.h>
+
 /// Why a channel has the value it has at a time: every cause, and how merging made one value of them.
 namespace nms::compiler {
 
 struct ExplainOptions {
   std::string clip;
   std::int64_t time_ns = 0;  ///< on the clip's own clock
+  /// Times from outside, for marks and for signs.
+  std::vector<TimeTable> times = {};
 };
 
 /// One cause of one channel's movement, as it is at the time asked for. Values are shares: AUs in [0, 1], axes in

@@ -10,10 +10,14 @@
 #include <nms/lang/quantity.h>
 #include <nms/lang/source.h>
 
+#include <nms/compiler/time_table.h>
+
 namespace nms::compiler {
 
 struct TestOptions {
   std::string filter;  ///< only tests whose name holds this text; all are checked. Empty: all.
+  /// Times from outside, for marks and for signs.
+  std::vector<TimeTable> times = {};
 };
 
 /// A value of what is expected of, in the unit of its expectation: a share of 1, degrees or millimetres.
