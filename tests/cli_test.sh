@@ -405,6 +405,54 @@ says "explain at no time" bad_time
 expect 1 "explain a program" "$nmsc" explain good.auc --clip smile --at 0
 says "explain a program" wrong_input
 expect 2 "explain in no such format" "$nmsc" explain good.nms --clip smile --at 0 --format xml
+
+# ---- Times from outside
+cat >marked.nms <<'NMS'
+utterance u in asl {
+  signs { BOOK WHERE }
+  blink at mark beat
+}
+test "the mark and the signs are where the table says" {
+  play u
+  expect AU45 >= 95% at mark beat + 100ms
+  expect AU45 never at end of BOOK
+}
+NMS
+printf 'name,time\nbeat,700ms\n' >beat.csv
+printf '[{"clip": "u", "sign": "BOOK", "start_ms": 0, "end_ms": 300}]' >signs.json
+expect 1 "a mark without a table" "$nmsc" check marked.nms
+says "a mark without a table" unknown_mark
+expect 0 "a mark and a sign" "$nmsc" --marks beat.csv --marks signs.json dump marked.nms
+holds "a mark stands in its clip" grep -qF "marker 0.7s mark beat" out
+holds "a sign stands where the table says" grep -qF "marker 0.3s sign_end BOOK" out
+cp out with_tables
+expect 0 "the options behind the file" "$nmsc" dump marked.nms --marks signs.json --marks beat.csv
+holds "the order of tables says nothing" cmp out with_tables
+expect 0 "a test with tables" "$nmsc" test marked.nms --marks beat.csv --marks signs.json
+for command in "list marked.nms" "gloss marked.nms" "plot marked.nms --clip u -o -" "sample marked.nms --clip u --at 0.7" \
+  "explain marked.nms --clip u --at 0.7" "compile marked.nms -o marked.auc" "build marked.nms -o marked.glb"; do
+  # shellcheck disable=SC2086
+  expect 0 "$command with tables" "$nmsc" $command --marks beat.csv --marks signs.json
+done
+expect 1 "a compiled program with a table" "$nmsc" dump marked.auc --marks beat.csv
+says "a compiled program with a table" wrong_input
+expect 1 "fmt with a table" "$nmsc" fmt marked.nms --marks beat.csv
+says "fmt with a table" wrong_input
+expect 1 "a table that is not there" "$nmsc" check marked.nms --marks none.csv
+says "a table that is not there" cannot_read
+printf 'name,time\n"beat,1s\n' >open.csv
+expect 1 "a table that is none" "$nmsc" check marked.nms --marks open.csv --marks none.csv
+says "a table that is none" "open.csv:2:1: error table_syntax"
+says "a table that is none" cannot_read
+expect 1 "a table of another kind" "$nmsc" check marked.nms --marks marked.nms
+head -c 70000000 /dev/zero >zeros.csv
+expect 1 "a table too large" "$nmsc" check marked.nms --marks zeros.csv
+says "a table too large" file_too_large
+printf 'name,time\nbeat,1s\nother,1s\n' >more.csv
+expect 0 "more than is asked for" "$nmsc" check marked.nms --marks more.csv
+says "more than is asked for" unused_times
+expect 1 "more than is asked for, denied" "$nmsc" check marked.nms --marks more.csv --deny warnings
+rm -f zeros.csv
 no_leftovers "all of this"
 
 echo "$count checks, $failed wrong"
