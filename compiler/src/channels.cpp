@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -36,6 +37,10 @@ std::vector<std::string> Channels::unit_names() const {
 
 namespace {
 
+/// Intensities from which two causes are taken to mean what they do, where a relation states none: FACS B and C.
+constexpr double kSlight = 0.4;
+constexpr double kPronounced = 0.6;
+
 class Builder {
  public:
   Builder(const std::vector<LoadedFile>& files, const Declarations& declarations, lang::Diagnostics& diagnostics)
@@ -65,6 +70,10 @@ class Builder {
     }
     std::sort(out_.units.begin(), out_.units.end(),
               [](const UnitInfo& a, const UnitInfo& b) { return a.number < b.number; });
+    for (const UnitInfo& u : out_.units)
+      if (u.declaration.node.is(NodeKind::au))
+        for (NodeRef p : u.declaration.node.children())
+          if (is_property(p)) relation(u, p);
     return std::move(out_);
   }
 
@@ -94,7 +103,8 @@ class Builder {
 
   void track(const Declaration& d) {
     if (find_track(d.name) != kUnreachable) return;
-    TrackInfo info{std::string(d.name), program::MergeOperator::strongest, 0, 0};
+    TrackInfo info;
+    info.name = d.name;
     for (NodeRef p : d.node.children()) {
       if (!is_property(p)) continue;
       const std::string_view name = p.at(0).text();
@@ -116,11 +126,134 @@ class Builder {
           else
             (name == "onset" ? info.onset_ns : info.offset_ns) = q->nanoseconds;
         }
+      } else if (name == "layers") {
+        const std::string_view word = p.at(1) ? p.at(1).text() : std::string_view();
+        if (word == "highest")
+          info.layers = LayerOperator::highest;
+        else if (word != "either")
+          report(d, p.at(1) ? p.at(1) : p, BadProperty{"layers", std::string(word), "either or highest"});
+      } else if (name == "slot") {
+        slot(d, p, info);
       } else {
-        report(d, p.at(0), UnknownProperty{std::string(name), "a track", {"merge", "onset", "offset"}});
+        report(d, p.at(0),
+               UnknownProperty{std::string(name), "a track", {"merge", "layers", "slot", "onset", "offset"}});
       }
     }
     out_.tracks.push_back(std::move(info));
+  }
+
+  /// `slot lower_face lexical morphological`
+  void slot(const Declaration& d, NodeRef property, TrackInfo& info) {
+    if (const NodeRef name = property.at(1); name && name.is(NodeKind::name)) info.slot = name.text();
+    std::uint32_t values = 0;
+    for (NodeRef value : property.children()) {
+      if (++values <= 2) continue;
+      const auto layer = read_layer(value.text());
+      if (!layer || std::find(info.slot_order.begin(), info.slot_order.end(), *layer) != info.slot_order.end())
+        report(d, value, BadProperty{"slot", std::string(value.text()), "functions of entries, each once"});
+      else
+        info.slot_order.push_back(*layer);
+    }
+    if (info.slot.empty() || values < 4)
+      report(d, property, BadProperty{"slot", "less", "a name and two functions or more, the first goes first"});
+  }
+
+  /// The channels that a unit of a relation stands for as one side sees it: the same side of what has sides; of itself
+  /// the other; both sides for what has none.
+  std::optional<Related> related(const UnitInfo& from, program::Side side, NodeRef property, NodeRef token,
+                                 double least) {
+    const auto read = read_action_unit(token.text());
+    const UnitInfo* to = read ? out_.find_unit(read->number) : nullptr;
+    if (to == nullptr) {
+      report(from.declaration, token,
+             UnknownActionUnit{std::string(token.text()), lang::nearest(token.text(), out_.unit_names())});
+      return std::nullopt;
+    }
+    const bool itself = to == &from;
+    if (read->side != program::Side::none || read->intensity != 1.0 || out_.channels[to->channel].is_axis() ||
+        (itself && !to->sided)) {
+      report(from.declaration, token,
+             BadProperty{std::string(property.at(0).text()), std::string(token.text()),
+                         "units without side and letter that belong to no axis"});
+      return std::nullopt;
+    }
+    if (!to->sided) return Related{to->channel, to->channel, least};
+    if (side == program::Side::none) return Related{to->channel, to->channel + 1, least};
+    const bool right = (side == program::Side::right) != itself;
+    return Related{to->channel + (right ? 1U : 0U), to->channel + (right ? 1U : 0U), least};
+  }
+
+  static void add_relation(std::vector<Related>& all, const Related& r) {
+    for (const Related& known : all)
+      if (known.first == r.first) return;
+    all.push_back(r);
+  }
+
+  /// `antagonists AU25 AU26 40%`, `contrary AU1 AU2 60%`, `hides AU5`, `longest 500ms AU43`
+  void relation(const UnitInfo& unit, NodeRef property) {
+    const std::string_view name = property.at(0).text();
+    const bool antagonists = name == "antagonists";
+    const bool contrary = name == "contrary";
+    if (name == "longest") return longest(unit, property);
+    if (!antagonists && !contrary && name != "hides") return;
+    const Declaration& d = unit.declaration;
+    if (out_.channels[unit.channel].is_axis()) {
+      report(d, property.at(0), UnknownProperty{std::string(name), "a unit of an axis", {"track"}});
+      return;
+    }
+    double least = antagonists ? kSlight : kPronounced;
+    std::vector<NodeRef> tokens;
+    bool first = true;
+    for (NodeRef value : property.children()) {
+      if (std::exchange(first, false)) continue;
+      if (value.is(NodeKind::au_token)) {
+        tokens.push_back(value);
+        continue;
+      }
+      const auto q = value.is(NodeKind::quantity) ? lang::read_quantity(value.text()) : std::nullopt;
+      if (!q || q->unit != Unit::percent || q->value <= 0.0 || q->value > 1.0 || name == "hides") {
+        report(d, value,
+               BadProperty{std::string(name), std::string(value.text()),
+                           name == "hides" ? "action units" : "action units, and a share above 0%, up to 100%"});
+        return;
+      }
+      least = q->value;
+    }
+    if (tokens.empty()) report(d, property, BadProperty{std::string(name), "nothing", "action units"});
+    for (const NodeRef token : tokens) {
+      for (const program::Side side : {program::Side::left, program::Side::right}) {
+        if (!unit.sided && side == program::Side::right) break;
+        const program::Side own = unit.sided ? side : program::Side::none;
+        const std::uint32_t channel = unit.channel + (own == program::Side::right ? 1U : 0U);
+        const auto to = related(unit, own, property, token, least);
+        if (!to) break;
+        if (antagonists) add_relation(out_.channels[channel].antagonists, *to);
+        if (contrary) add_relation(out_.channels[channel].contrary, *to);
+        // The other way round: what has no side sees both sides of what has some.
+        const bool both = unit.sided && out_.channels[to->first].side == program::Side::none;
+        const Related back = both ? Related{unit.channel, unit.channel + 1, least} : Related{channel, channel, least};
+        for (std::uint32_t c = to->first; c <= to->last; ++c) {
+          if (antagonists) add_relation(out_.channels[c].antagonists, back);
+          if (contrary) add_relation(out_.channels[c].contrary, back);
+          if (name == "hides") add_relation(out_.channels[c].hidden_by, back);
+        }
+      }
+    }
+  }
+
+  void longest(const UnitInfo& unit, NodeRef property) {
+    const Declaration& d = unit.declaration;
+    const auto q = quantity(d, property, Unit::time);
+    if (!q) return;
+    const NodeRef other = property.at(2);
+    if (q->nanoseconds <= 0 || !other || !other.is(NodeKind::au_token)) {
+      report(d, property, BadProperty{"longest", std::string(property.at(1).text()), "a time above 0s and a unit"});
+      return;
+    }
+    for (std::uint32_t i = 0; i < (unit.sided ? 2U : 1U); ++i) {
+      out_.channels[unit.channel + i].longest_ns = q->nanoseconds;
+      out_.channels[unit.channel + i].beyond_longest = other.text();
+    }
   }
 
   /// The track that a property names, or kUnreachable.
@@ -274,6 +407,12 @@ class Builder {
 };
 
 }  // namespace
+
+bool is_unit_property(std::string_view name) {
+  for (const std::string_view known : {"track", "antagonists", "contrary", "hides", "longest"})
+    if (name == known) return true;
+  return false;
+}
 
 Channels build_channels(const std::vector<LoadedFile>& files, const Declarations& declarations,
                         lang::Diagnostics& diagnostics) {

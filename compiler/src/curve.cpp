@@ -229,6 +229,30 @@ void ease_to(Curve& curve, std::int64_t time_ns, double value, Easing easing, st
   curve.knots.push_back({time_ns, value, value, value, source});
 }
 
+Curve until(const Curve& curve, std::int64_t time_ns) {
+  const auto after = std::upper_bound(curve.knots.begin(), curve.knots.end(), time_ns,
+                                      [](std::int64_t t, const CurveKnot& k) { return t < k.time_ns; });
+  if (after == curve.knots.begin()) return {};
+  Curve out;
+  out.knots.assign(curve.knots.begin(), after);
+  CurveKnot& left = out.knots.back();
+  if (left.time_ns == time_ns) return out;
+  const std::uint32_t source = left.source;
+  double end = left.value;
+  if (after != curve.knots.end()) {
+    const double length = static_cast<double>(after->time_ns - left.time_ns);
+    const Cubic c =
+        part({left.value, left.b1, left.b2, after->value}, 0.0, static_cast<double>(time_ns - left.time_ns) / length);
+    left.b1 = c.p1;
+    left.b2 = c.p2;
+    end = c.p3;
+  } else {
+    left.b1 = left.b2 = left.value;
+  }
+  out.knots.push_back({time_ns, end, end, end, source});
+  return out;
+}
+
 Curve scaled(Curve curve, double factor) {
   for (CurveKnot& k : curve.knots) {
     k.value *= factor;

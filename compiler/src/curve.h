@@ -35,6 +35,8 @@ enum class Easing : std::uint8_t { smooth, linear, cosine, step };
 /// Source: of the segment, kept on the knot that starts it.
 void ease_to(Curve& curve, std::int64_t time_ns, double value, Easing easing, std::uint32_t source);
 
+/// The curve up to a time at which it has begun, exactly; it ends with a knot there.
+[[nodiscard]] Curve until(const Curve& curve, std::int64_t time_ns);
 [[nodiscard]] Curve scaled(Curve curve, double factor);
 [[nodiscard]] Curve add(const Curve& a, const Curve& b);
 /// The larger of the two at every time; where they are equal, `a`.

@@ -132,4 +132,27 @@ Verdict rises(const Curve& curve, std::int64_t from_ns, std::int64_t to_ns, doub
   return verdict;
 }
 
+std::vector<TimeRange> ranges_at_least(const Curve& curve, double level) {
+  std::vector<TimeRange> out;
+  if (curve.empty()) return out;
+  bool inside = false;
+  const auto enter = [&](const Moment& m) {
+    if (!inside) out.push_back({m.time_ns, m.time_ns});
+    inside = true;
+  };
+  const auto leave = [&](const Moment& m) {
+    if (inside) out.back().end_ns = m.time_ns;
+    inside = false;
+  };
+  for_each_run(curve, curve.knots.front().time_ns, curve.knots.back().time_ns, [&](const Run& run) {
+    const Moment start = run.start();
+    const Moment end = run.end();
+    start.value >= level ? enter(start) : leave(start);
+    if (start.value < level && end.value >= level) enter(run.passes(level));
+    if (start.value >= level && end.value < level) leave(run.passes(level));
+  });
+  leave({curve.knots.back().time_ns, 0.0});
+  return out;
+}
+
 }  // namespace nms::compiler

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "curve.h"
 
@@ -31,5 +32,13 @@ struct Verdict {
 
 /// Whether the curve ends higher than it starts and never goes back by more than `slack` on its way.
 [[nodiscard]] Verdict rises(const Curve& curve, std::int64_t from_ns, std::int64_t to_ns, double slack);
+
+struct TimeRange {
+  std::int64_t start_ns = 0;
+  std::int64_t end_ns = 0;
+};
+
+/// Where the curve is `level` or more between its first and its last knot, in order of time.
+[[nodiscard]] std::vector<TimeRange> ranges_at_least(const Curve& curve, double level);
 
 }  // namespace nms::compiler

@@ -219,6 +219,45 @@ Description TooLarge::describe() const {
           {{"what", what}, {"limit", limit}}};
 }
 
+Description CompetingMarkers::describe() const {
+  return {fmt::format("{} and {} compete for {} from {} to {}", first, second, over, from, to),
+          {"let one end before the other begins, or lower the intensity of one: NAME(40%)"},
+          {{"first", first}, {"second", second}, {"over", over}, {"from", from}, {"to", to}}};
+}
+
+Description Antagonists::describe() const {
+  const auto named = [](const std::string& unit, const std::string& cause) {
+    return cause.find(unit) != std::string::npos ? cause : fmt::format("{} of {}", unit, cause);
+  };
+  return {fmt::format("{} is held against {} from {} to {}: no face does both", named(second_unit, second),
+                      named(first_unit, first), from, to),
+          {"move or shorten one of the two; where both are meant, state them in one pose or entry"},
+          {{"first", first},
+           {"first_unit", first_unit},
+           {"second", second},
+           {"second_unit", second_unit},
+           {"from", from},
+           {"to", to}}};
+}
+
+Description TooManyUses::describe() const {
+  return {fmt::format("{} {}, and at most {} stand together", count, of, most),
+          {"split the utterance, or take one of them for something else"},
+          {{"of", of}, {"count", count}, {"most", most}}};
+}
+
+Description OutOfOrder::describe() const {
+  return {fmt::format("{} comes after {}, and stands before it", name, other),
+          {fmt::format("sign {} first", name)},
+          {{"name", name}, {"other", other}}};
+}
+
+Description LastsTooLong::describe() const {
+  return {fmt::format("{} lasts {}; over {} it is {}", unit, length, longest, instead),
+          {fmt::format("write {}, or shorten this", instead)},
+          {{"unit", unit}, {"length", length}, {"longest", longest}, {"instead", instead}}};
+}
+
 Description PhasesShrunk::describe() const {
   return {
       fmt::format("the onset of {} wants {} and has {}: its phases are shortened in proportion", what, wanted, room),

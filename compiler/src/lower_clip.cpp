@@ -7,6 +7,7 @@
 
 #include <nms/compiler/diagnostic_kinds.h>
 
+#include "competition.h"
 #include "lower_entry.h"
 #include "profile.h"
 
@@ -32,7 +33,10 @@ void mark_markers(ClipDraft& clip, const OutsideTimes::InClip& in) {
     clip.markers.push_back({mark.time_ns, std::string(mark.name), program::MarkerKind::mark});
 }
 
-void finish_extent(ClipDraft& clip) {
+/// What gives way does; what competes is reported; the clip is as long as all that is in it.
+void finish(ClipDraft& clip, const Scope& scope, Evaluator& evaluator) {
+  give_way(clip, evaluator.channels());
+  check_competition(clip, scope, evaluator);
   for (const Contribution& c : clip.contributions) {
     clip.start_ns = std::min(clip.start_ns, c.curve.knots.empty() ? c.start_ns : c.curve.knots.front().time_ns);
     clip.end_ns = std::max(clip.end_ns, c.curve.knots.empty() ? c.end_ns : c.curve.knots.back().time_ns);
@@ -67,7 +71,7 @@ class UtteranceLowering {
       clip_.end_ns = std::max(clip_.end_ns, s.end_ns);
     }
     mark_markers(clip_, in);
-    finish_extent(clip_);
+    finish(clip_, scope_, evaluator_);
     return UtteranceDraft{std::move(clip_), std::move(tier_), whole_};
   }
 
@@ -436,6 +440,7 @@ std::optional<ClipDraft> lower_expression(const Declaration& d, Evaluator& evalu
   Placed placed;
   placed.entry = d.name;
   play_sequence(clip, s, 0, s.duration_ns, false, placed, evaluator);
+  finish(clip, scope, evaluator);
   return clip;
 }
 
@@ -490,7 +495,7 @@ std::optional<ClipDraft> lower_timeline(const Declaration& d, const Scope& scope
   }
   clip.end_ns = length;
   mark_markers(clip, in);
-  finish_extent(clip);
+  finish(clip, scope, evaluator);
   return clip;
 }
 
@@ -516,7 +521,7 @@ std::optional<ClipDraft> lower_entry(const Declaration& d, const EntryUse& use, 
   clip.end_ns = span.end_ns;
   schedule_entry(clip, d, use.scope, span, {}, use.intensity, nullptr, evaluator);
   mark_markers(clip, in);
-  finish_extent(clip);
+  finish(clip, use.scope, evaluator);
   return clip;
 }
 

@@ -52,7 +52,7 @@ std::int64_t own_length(const Movement& m) {
 /// Properties an entry may have; phases are read by read_timing.
 bool known_entry_property(std::string_view name) {
   for (const std::string_view known : {"label", "alias", "meaning", "source", "evidence", "spreads", "onset", "offset",
-                                       "lead", "lag", "easing", "held", "apex", "profile"})
+                                       "lead", "lag", "easing", "held", "apex", "profile", "competes", "before"})
     if (name == known) return true;
   return false;
 }
@@ -127,6 +127,12 @@ void schedule_component(ClipDraft& clip, NodeRef placement, Placed base, double 
   }
   auto movement = evaluator.sum(sum, scope);
   if (!movement) return;
+  if (base.cause == kUnreachable) {
+    base.cause = static_cast<std::uint32_t>(clip.causes.size());
+    Span span = base.span;
+    if (base.extent == Extent::point) span.end_ns = span.start_ns + own_length(*movement);
+    clip.causes.push_back({base.name, sum, span, nullptr});
+  }
   scale(*movement, intensity);
   const NodeRef options = placement.child(NodeKind::options);
   if (options && movement->pose.empty() && movement->sequences.empty())
@@ -188,6 +194,32 @@ void schedule_item(ClipDraft& clip, NodeRef item, const Placed& base, double int
 
 }  // namespace
 
+namespace {
+
+/// `competes NAME [COUNT]`, `before NAME ...`: what an entry says of others beside it.
+void check_company(NodeRef property, const Scope& scope, Evaluator& evaluator) {
+  const std::string_view name = property.at(0).text();
+  const bool competes = name == "competes";
+  const auto bad = [&](NodeRef at, std::string_view expected) {
+    evaluator.report(scope, at ? at : property,
+                     BadProperty{std::string(name), at ? std::string(at.text()) : "nothing", std::string(expected)});
+  };
+  if (!property.at(1) || !property.at(1).is(NodeKind::name))
+    return bad(property.at(1), competes ? "a name" : "names of entries");
+  if (!competes) {
+    for (std::uint32_t i = 1; property.at(i); ++i)
+      if (!property.at(i).is(NodeKind::name)) bad(property.at(i), "names of entries");
+    return;
+  }
+  const NodeRef count = property.at(2);
+  if (!count) return;
+  const auto q = count.is(NodeKind::quantity) ? lang::read_quantity(count.text()) : std::nullopt;
+  if (!q || q->unit != lang::Unit::count || q->value < 1.0 || property.at(3))
+    bad(count, "a name and at most one count of 1x and above");
+}
+
+}  // namespace
+
 void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scope, const Span& span, const Timing& use,
                     double intensity, const ManualTier* tier, Evaluator& evaluator, NodeRef used) {
   if (entry.node.has(lang::kFlagError)) return;
@@ -213,13 +245,17 @@ void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scop
   base.layer = layer;
   base.entry = entry.name;
   base.used = used;
+  base.cause = static_cast<std::uint32_t>(clip.causes.size());
+  clip.causes.push_back({entry.name, used, span, &entry});
   for (NodeRef item : entry.node.children()) {
     if (is_property(item) && !known_entry_property(item.at(0).text()))
       evaluator.report(scope, item.at(0),
                        UnknownProperty{std::string(item.at(0).text()),
                                        "an entry",
                                        {"label", "alias", "meaning", "source", "evidence", "spreads", "onset", "offset",
-                                        "lead", "lag", "easing", "profile", "held"}});
+                                        "lead", "lag", "easing", "profile", "held", "competes", "before"}});
+    if (is_property(item) && (item.at(0).text() == "competes" || item.at(0).text() == "before"))
+      check_company(item, scope, evaluator);
     schedule_item(clip, item, base, intensity, scope, context, evaluator);
   }
 }

@@ -1,7 +1,11 @@
 #include "merge.h"
 
 #include <algorithm>
+#include <array>
 #include <deque>
+#include <functional>
+#include <memory>
+#include <utility>
 
 #include "coarticulation.h"
 
@@ -68,8 +72,58 @@ Curve latest_of(const std::vector<const Contribution*>& group) {
   return done;
 }
 
-Curve merge_group(std::vector<const Contribution*> group, const ChannelInfo& channel, program::MergeOperator op,
+/// Keeps what is said of one channel, so that it can be told in one go though channels are merged side by side.
+class Notes : public MergeObserver {
+ public:
+  void channel(std::uint32_t c, const std::vector<const Contribution*>& all) override {
+    note([=](MergeObserver& o) { o.channel(c, all); });
+  }
+  void repeated(const Contribution& c) override {
+    note([&c](MergeObserver& o) { o.repeated(c); });
+  }
+  void let_go(const Contribution& held, const Contribution& going, const Contribution& by) override {
+    note([&](MergeObserver& o) { o.let_go(held, going, by); });
+  }
+  void joined(const Contribution& pose, const Contribution& joint) override {
+    note([&](MergeObserver& o) { o.joined(pose, joint); });
+  }
+  void group(const std::vector<const Contribution*>& of, bool stated, program::MergeOperator op, bool sum,
+             const Curve& merged) override {
+    note([=](MergeObserver& o) { o.group(of, stated, op, sum, merged); });
+  }
+  void scaled(Layer layer, const Curve& taken, const Curve& merged) override {
+    note([=](MergeObserver& o) { o.scaled(layer, taken, merged); });
+  }
+  void layers(Layer layer, const Curve& merged) override {
+    note([=](MergeObserver& o) { o.layers(layer, merged); });
+  }
+  void replaced(const Curve& envelope, const Curve& merged) override {
+    note([=](MergeObserver& o) { o.replaced(envelope, merged); });
+  }
+  void hidden(const Curve& taken, const Curve& merged) override {
+    note([=](MergeObserver& o) { o.hidden(taken, merged); });
+  }
+  void tell(MergeObserver& observer) const {
+    for (const auto& said : notes_) said(observer);
+  }
+
+ private:
+  void note(std::function<void(MergeObserver&)> said) { notes_.push_back(std::move(said)); }
+  std::vector<std::function<void(MergeObserver&)>> notes_;
+};
+
+/// One channel while it is merged: what each layer makes of it, and what the utterance states, before they meet.
+struct Layered {
+  static constexpr int kStated = kLayerCount;  ///< above all layers
+  std::uint32_t channel = 0;
+  std::array<std::vector<const Contribution*>, kLayerCount + 1> causes;
+  std::array<Curve, kLayerCount + 1> value;
+  std::unique_ptr<Notes> notes;  ///< null: nobody listens
+};
+
+Curve merge_group(std::vector<const Contribution*>& group, const ChannelInfo& channel, program::MergeOperator op,
                   std::deque<Contribution>& made, MergeObserver* observer) {
+  if (group.size() == 1 && observer == nullptr) return clamped(group.front()->curve, channel.low(), 1.0);
   coarticulate(group, op, made, observer);
   const bool latest = op == program::MergeOperator::latest;
   const bool sum = !latest && (op == program::MergeOperator::sum || channel.is_axis());
@@ -89,76 +143,179 @@ Curve merge_group(std::vector<const Contribution*> group, const ChannelInfo& cha
   return out;
 }
 
-Curve merge_channel(const std::vector<const Contribution*>& all, const ChannelInfo& channel, program::MergeOperator op,
-                    std::deque<Contribution>& made, MergeObserver* observer) {
-  std::vector<const Contribution*> layer[kLayerCount];
-  std::vector<const Contribution*> stated;
-  const std::vector<bool> repeats = repeats_of_another(all);
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (repeats[i]) {
-      if (observer != nullptr) observer->repeated(*all[i]);
-      continue;
-    }
-    if (all[i]->stated)
-      stated.push_back(all[i]);
-    else
-      layer[static_cast<int>(all[i]->layer)].push_back(all[i]);
-  }
-  Curve base;
-  for (const auto& group : layer) {
-    if (group.empty()) continue;
-    const Curve c = merge_group(group, channel, op, made, observer);
-    if (base.empty())
-      base = c;
-    else
-      base = channel.is_axis() ? add(base, c) : either(base, c);
-    if (observer != nullptr) observer->layers(group.front()->layer, base);
-  }
-  if (!stated.empty()) {
-    const Curve over = merge_group(stated, channel, op, made, observer);
-    if (base.empty()) {
-      base = over;
-    } else {
-      std::vector<Curve> envelopes;
-      envelopes.reserve(stated.size());
-      for (const Contribution* c : stated) envelopes.push_back(c->envelope);
-      const Curve envelope = join_all(std::move(envelopes), maximum);
-      base = replaced(base, over, envelope);
-      if (observer != nullptr) observer->replaced(envelope, base);
-    }
-  }
-  return clamped(base, channel.low(), 1.0);
+/// How far a layer takes a channel: the largest envelope.
+Curve claim(const std::vector<const Contribution*>& causes) {
+  std::vector<Curve> envelopes;
+  envelopes.reserve(causes.size());
+  for (const Contribution* c : causes) envelopes.push_back(c->envelope);
+  return join_all(std::move(envelopes), maximum);
 }
 
-}  // namespace
-
-std::vector<MergedCurve> merge(const ClipDraft& clip, const Channels& channels, MergeObserver* observer) {
+/// Within layers: contributions by channel, and each layer's value of it.
+std::vector<Layered> merge_within_layers(const ClipDraft& clip, const Channels& channels,
+                                         std::deque<Contribution>& made, bool listened) {
   std::vector<const Contribution*> order;
   order.reserve(clip.contributions.size());
   for (const Contribution& c : clip.contributions) order.push_back(&c);
   std::stable_sort(order.begin(), order.end(),
                    [](const Contribution* a, const Contribution* b) { return a->channel < b->channel; });
-  std::vector<MergedCurve> out;
+  std::vector<Layered> out;
+  std::vector<const Contribution*> all;
   for (std::size_t i = 0; i < order.size();) {
-    std::size_t j = i;
-    while (j < order.size() && order[j]->channel == order[i]->channel) ++j;
-    const ChannelInfo& channel = channels.channels[order[i]->channel];
-    const program::MergeOperator op = channels.tracks[channel.track].merge;
-    MergedCurve merged{order[i]->channel, {}};
-    if (j - i == 1 && observer == nullptr) {
-      merged.curve = clamped(order[i]->curve, channel.low(), 1.0);
-    } else {
-      std::vector<const Contribution*> all(order.begin() + static_cast<std::ptrdiff_t>(i),
-                                           order.begin() + static_cast<std::ptrdiff_t>(j));
-      if (observer != nullptr) observer->channel(merged.channel, all);
-      std::deque<Contribution> made;
-      end_held(all, made, observer);
-      merged.curve = merge_channel(all, channel, op, made, observer);
+    all.clear();
+    Layered& layered = out.emplace_back();
+    layered.channel = order[i]->channel;
+    for (; i < order.size() && order[i]->channel == layered.channel; ++i) all.push_back(order[i]);
+    if (listened) layered.notes = std::make_unique<Notes>();
+    Notes* const notes = layered.notes.get();
+    if (notes != nullptr) notes->channel(layered.channel, all);
+    std::vector<bool> repeats(all.size(), false);
+    if (all.size() > 1) {
+      end_held(all, made, notes);
+      repeats = repeats_of_another(all);
     }
-    simplify(merged.curve);
-    out.push_back(std::move(merged));
-    i = j;
+    for (std::size_t k = 0; k < all.size(); ++k)
+      if (!repeats[k])
+        layered.causes[all[k]->stated ? Layered::kStated : static_cast<int>(all[k]->layer)].push_back(all[k]);
+      else if (notes != nullptr)
+        notes->repeated(*all[k]);
+    const ChannelInfo& channel = channels.channels[layered.channel];
+    for (std::size_t l = 0; l < layered.causes.size(); ++l)
+      if (!layered.causes[l].empty())
+        layered.value[l] = merge_group(layered.causes[l], channel, channels.tracks[channel.track].merge, made, notes);
   }
+  return out;
+}
+
+Curve less(const Curve& value, const Curve& taken) { return replaced(value, {}, taken); }
+
+void scale(Layered& l, std::size_t layer, const Curve& taken) {
+  if (taken.empty() || l.value[layer].empty()) return;
+  l.value[layer] = less(l.value[layer], taken);
+  if (l.notes != nullptr) l.notes->scaled(static_cast<Layer>(layer), taken, l.value[layer]);
+}
+
+/// Of the layers that share a slot, one moves it at a time: a later one in the slot's order is left what the earlier
+/// ones do not claim on any of the slot's channels.
+void share_slots(std::vector<Layered>& all, const Channels& channels) {
+  const auto track_of = [&](const Layered& l) -> const TrackInfo& {
+    return channels.tracks[channels.channels[l.channel].track];
+  };
+  for (std::size_t first = 0; first < all.size(); ++first) {
+    const std::string& slot = track_of(all[first]).slot;
+    if (slot.empty()) continue;
+    if (std::any_of(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(first),
+                    [&](const Layered& l) { return track_of(l).slot == slot; }))
+      continue;  // done with its first channel
+    Curve taken;
+    for (const Layer layer : track_of(all[first]).slot_order) {
+      const auto at = static_cast<std::size_t>(layer);
+      std::vector<Curve> claims;
+      for (Layered& l : all) {
+        if (track_of(l).slot != slot || l.causes[at].empty()) continue;
+        claims.push_back(claim(l.causes[at]));
+        scale(l, at, taken);
+      }
+      const Curve own = join_all(std::move(claims), maximum);
+      taken = taken.empty() ? own : maximum(taken, own);
+    }
+  }
+}
+
+const Layered* find(const std::vector<Layered>& all, std::uint32_t channel) {
+  const auto it = std::lower_bound(all.begin(), all.end(), channel,
+                                   [](const Layered& l, std::uint32_t c) { return l.channel < c; });
+  return it != all.end() && it->channel == channel ? &*it : nullptr;
+}
+
+/// A higher layer scales the antagonists below it by (1 - its own value).
+void scale_antagonists(std::vector<Layered>& all, const Channels& channels) {
+  std::vector<std::array<Curve, kLayerCount>> taken(all.size());
+  for (std::size_t i = 0; i < all.size(); ++i)
+    for (const Related& r : channels.channels[all[i].channel].antagonists) {
+      Curve above;  // of the layers higher than the one looked at
+      for (std::size_t layer = kLayerCount; layer-- > 0;) {
+        Curve own;
+        for (std::uint32_t c = r.first; c <= r.last; ++c)
+          if (const Layered* other = find(all, c); other != nullptr && !other->value[layer + 1].empty())
+            own = own.empty() ? other->value[layer + 1] : maximum(own, other->value[layer + 1]);
+        if (!own.empty()) above = above.empty() ? own : either(above, own);
+        if (above.empty() || all[i].value[layer].empty()) continue;
+        taken[i][layer] = taken[i][layer].empty() ? above : either(taken[i][layer], above);
+      }
+    }
+  for (std::size_t i = 0; i < all.size(); ++i)
+    for (std::size_t layer = 0; layer < kLayerCount; ++layer) scale(all[i], layer, taken[i][layer]);
+}
+
+/// Between layers, low to high, and what the utterance states.
+Curve join_layers(const Layered& l, const ChannelInfo& channel, LayerOperator op) {
+  Curve out;
+  for (std::size_t layer = 0; layer < kLayerCount; ++layer) {
+    const Curve& own = l.value[layer];
+    if (own.empty()) continue;
+    if (out.empty())
+      out = own;
+    else if (op == LayerOperator::highest)
+      out = replaced(out, own, claim(l.causes[layer]));
+    else
+      out = channel.is_axis() ? add(out, own) : either(out, own);
+    if (l.notes != nullptr) l.notes->layers(static_cast<Layer>(layer), out);
+  }
+  const Curve& stated = l.value[Layered::kStated];
+  if (out.empty()) {
+    out = stated;
+  } else if (!stated.empty()) {
+    const Curve envelope = claim(l.causes[Layered::kStated]);
+    out = replaced(out, stated, envelope);
+    if (l.notes != nullptr) l.notes->replaced(envelope, out);
+  }
+  return clamped(out, channel.low(), 1.0);
+}
+
+/// What is hidden is scaled by (1 - what hides it).
+void hide(std::vector<MergedCurve>& all, const std::vector<Layered>& layered, const Channels& channels) {
+  std::vector<std::pair<std::size_t, Curve>> hidden;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    Curve taken;
+    for (const Related& r : channels.channels[all[i].channel].hidden_by) {
+      Curve own;  // the larger side
+      for (const MergedCurve& m : all)
+        if (m.channel >= r.first && m.channel <= r.last) own = own.empty() ? m.curve : maximum(own, m.curve);
+      if (!own.empty()) taken = taken.empty() ? own : either(taken, own);
+    }
+    if (taken.empty()) continue;
+    hidden.emplace_back(i, less(all[i].curve, taken));
+    if (layered[i].notes != nullptr) layered[i].notes->hidden(taken, hidden.back().second);
+  }
+  for (auto& [i, curve] : hidden) {  // what hides may be hidden itself: that changes nothing
+    all[i].curve = std::move(curve);
+    simplify(all[i].curve);
+  }
+}
+
+}  // namespace
+
+std::vector<MergedCurve> merge(const ClipDraft& clip, const Channels& channels, MergeObserver* observer) {
+  std::deque<Contribution> made;
+  std::vector<Layered> all = merge_within_layers(clip, channels, made, observer != nullptr);
+  const bool several = std::any_of(clip.contributions.begin(), clip.contributions.end(), [&](const Contribution& c) {
+    return c.layer != clip.contributions.front().layer || c.stated != clip.contributions.front().stated;
+  });
+  if (several) {
+    share_slots(all, channels);
+    scale_antagonists(all, channels);
+  }
+  std::vector<MergedCurve> out;
+  out.reserve(all.size());
+  for (const Layered& l : all) {
+    const ChannelInfo& channel = channels.channels[l.channel];
+    out.push_back({l.channel, join_layers(l, channel, channels.tracks[channel.track].layers)});
+    simplify(out.back().curve);
+  }
+  hide(out, all, channels);
+  if (observer != nullptr)
+    for (const Layered& l : all) l.notes->tell(*observer);
   return out;
 }
 

@@ -34,21 +34,31 @@ class MergeObserver {
   /// @param sum  they added: the operator says so, or the channel is an axis and the operator is not `latest`
   virtual void group(const std::vector<const Contribution*>& of, bool stated, program::MergeOperator op, bool sum,
                      const Curve& merged) = 0;
+  /// What the layer had became `merged`, scaled by (1 - taken): another of its slot, or antagonists above, took that.
+  virtual void scaled(Layer layer, const Curve& taken, const Curve& merged) {
+    static_cast<void>(layer), static_cast<void>(taken), static_cast<void>(merged);
+  }
   /// All layers up to `layer` became `merged`.
   virtual void layers(Layer layer, const Curve& merged) = 0;
   /// What is stated took the place of the layers as far as `envelope` says, and they became `merged`.
   virtual void replaced(const Curve& envelope, const Curve& merged) = 0;
+  /// At last it became `merged`, scaled by (1 - taken): what hides it took that.
+  virtual void hidden(const Curve& taken, const Curve& merged) { static_cast<void>(taken), static_cast<void>(merged); }
 };
 
-/// Merges all contributions of a clip, channel by channel:
-///  0. what is held goes where another comes, and poses of one layer that follow each other are joined from apex to
-///     apex (coarticulation.h);
-///  1. within a layer by the track's operator: strongest is the maximum; sum adds (axes always add); latest lets the
-///     later to start take the place of the earlier, as far as its envelope says;
-///  2. between layers, action units by v = 1 - prod(1 - v_i), axes by addition;
-///  3. what the utterance states takes the place of all that, as far as its envelope says;
-///  4. held within [0, 1], axes within [-1, 1].
-/// Every operator is monotone in each cause, and bounded. Ordered by channel.
+/// Merges all contributions of a clip.
+///  0. Of each channel what is held goes where another comes, and poses of one layer that follow each other are joined
+///     from apex to apex (coarticulation.h).
+///  1. Within a layer by the track's operator: strongest is the maximum; sum adds (axes always add); latest lets the
+///     later to start take the place of the earlier, as far as its envelope says.
+///  2. Across channels: of layers that share a slot a later one is left what the earlier ones do not claim, and a
+///  higher
+///     layer scales the antagonists below it by (1 - its own value).
+///  3. Between layers by the track's other operator: either is v = 1 - prod(1 - v_i), of axes the sum; highest lets the
+///     higher take the place of the lower, as far as its envelope says.
+///  4. What the utterance states takes the place of all that, as far as its envelope says.
+///  5. Held within [0, 1], axes within [-1, 1]; what is hidden is scaled by (1 - what hides it).
+/// Every operator is monotone in each cause of its own channel, and bounded. Ordered by channel.
 [[nodiscard]] std::vector<MergedCurve> merge(const ClipDraft& clip, const Channels& channels,
                                              MergeObserver* observer = nullptr);
 

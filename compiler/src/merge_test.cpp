@@ -18,7 +18,10 @@ constexpr double kTolerance = 4 * kFitTolerance;
 
 Channels one_channel(program::MergeOperator op, bool axis) {
   Channels c;
-  c.tracks.push_back({"track", op, 0, 0});
+  TrackInfo track;
+  track.name = "track";
+  track.merge = op;
+  c.tracks.push_back(track);
   ChannelInfo info;
   info.name = "channel";
   info.kind = axis ? program::ChannelKind::axis : program::ChannelKind::action_unit;

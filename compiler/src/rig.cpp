@@ -225,7 +225,7 @@ class RigBuilder {
       if (!d.node.is(NodeKind::au)) continue;
       const Scope scope = scope_of(d);
       for (NodeRef p : d.node.children()) {
-        if (!is_property(p) || p.at(0).text() == "track") continue;
+        if (!is_property(p) || is_unit_property(p.at(0).text())) continue;
         const std::string_view name = p.at(0).text();
         const auto muscle = std::find_if(found_.begin(), found_.end(), [&](const Found& f) { return f.name == name; });
         if (muscle == found_.end()) {

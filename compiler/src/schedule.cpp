@@ -21,9 +21,6 @@ constexpr std::size_t kMaxContributions = 400'000;
 constexpr std::size_t kMaxKnots = 2'000'000;
 constexpr double kMaxCycles = 10'000.0;
 
-constexpr std::string_view kLayerNames[kLayerCount] = {"affect",        "prosody",   "lexical",
-                                                       "morphological", "syntactic", "discourse"};
-
 std::string milliseconds(std::int64_t ns) { return fmt::format("{:.6g}ms", static_cast<double>(ns) / 1e6); }
 
 std::int64_t rounded(double ns) { return static_cast<std::int64_t>(ns < 0.0 ? ns - 0.5 : ns + 0.5); }
@@ -107,6 +104,7 @@ void place_pose(ClipDraft& clip, const Pose& pose, const Placed& placed, const S
     if (marked_onset < 0) {
       marked_onset = onset;
       marked_offset = offset;
+      c.marker = static_cast<std::uint32_t>(clip.markers.size());
     }
     clip.contributions.push_back(std::move(c));
   }
@@ -238,14 +236,6 @@ void place_sequence(ClipDraft& clip, const Sequence& s, const Placed& placed, co
 }
 
 }  // namespace
-
-std::optional<Layer> read_layer(std::string_view function) {
-  for (int i = 0; i < kLayerCount; ++i)
-    if (kLayerNames[i] == function) return static_cast<Layer>(i);
-  return std::nullopt;
-}
-
-std::string_view layer_name(Layer layer) { return kLayerNames[static_cast<std::size_t>(layer)]; }
 
 const DraftSource* source_at(const ClipDraft& clip, const Curve& curve, std::int64_t time_ns) {
   const CurveKnot* knot = nullptr;
@@ -385,6 +375,7 @@ void schedule(ClipDraft& clip, const Movement& movement, const Placed& placed, c
     clip.contributions[i].span_start_ns = placed.span.start_ns;
     clip.contributions[i].span_end_ns = placed.span.end_ns;
     clip.contributions[i].used = placed.used;
+    clip.contributions[i].cause = placed.cause;
   }
   // The envelope stays whole: a profile says how much of a thing there is, not how far it takes another's place.
   if (placed.timing.profile)

@@ -9,20 +9,21 @@
 #include <nms/program/records.h>
 
 #include "curve.h"
+#include "layer.h"
 #include "movement.h"
 #include "placement.h"
 
 namespace nms::compiler {
 
-/// The layer a contribution belongs to, low to high: grammar stays readable on an angry face.
-enum class Layer : std::uint8_t { affect, prosody, lexical, morphological, syntactic, discourse };
-inline constexpr int kLayerCount = 6;
+/// One cause of movement: a use of an entry with all its components, or a placement that stands by itself.
+struct DraftCause {
+  std::string_view name;               ///< what the author calls it
+  lang::NodeRef node;                  ///< where it is used or placed, for messages
+  Span span;                           ///< what it is over, without lead and lag
+  const Declaration* entry = nullptr;  ///< none of a placement
+};
 
-/// The layer an entry's function puts it in; nothing for a word that is no function.
-[[nodiscard]] std::optional<Layer> read_layer(std::string_view function);
-[[nodiscard]] std::string_view layer_name(Layer layer);
-
-/// One cause of one channel's movement: its curve in the clip's time.
+/// One cause's movement of one channel: its curve in the clip's time.
 struct Contribution {
   std::uint32_t channel = 0;
   Curve curve;
@@ -38,8 +39,10 @@ struct Contribution {
   lang::NodeRef used;  ///< where an utterance uses the entry that it is of; none where there is no such place
   Easing easing = Easing::smooth;
   bool pose = false;
-  bool held = false;        ///< no offset: it stands until another comes
-  std::string_view motion;  ///< of an oscillation: its name; the same motion asked for twice is one
+  bool held = false;                    ///< no offset: it stands until another comes
+  std::string_view motion;              ///< of an oscillation: its name; the same motion asked for twice is one
+  std::uint32_t cause = kUnreachable;   ///< index into the clip's causes; kUnreachable: the clip has only one
+  std::uint32_t marker = kUnreachable;  ///< of the pose's channel that its four phase markers show: the first of them
 };
 
 /// Phases and shifts, as far as they are written. The nearest wins: component, then use, then entry, then track.
@@ -73,6 +76,7 @@ struct ClipDraft {
   std::int64_t start_ns = 0;
   std::int64_t end_ns = 0;
   std::vector<Contribution> contributions;
+  std::vector<DraftCause> causes;
   std::vector<DraftMarker> markers;
   std::vector<DraftSource> sources;
   std::size_t counted = 0;  ///< contributions whose knots are counted
@@ -102,6 +106,7 @@ struct Placed {
   bool stated = false;
   std::string_view entry;  ///< of the lexicon, for the source map
   lang::NodeRef used;      ///< where an utterance uses that entry, for messages; none where it is played alone
+  std::uint32_t cause = kUnreachable;  ///< index into the clip's causes
 };
 
 /// Puts a movement into a clip. Reports what does not fit.

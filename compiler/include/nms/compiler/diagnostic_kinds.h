@@ -42,6 +42,11 @@ namespace nms::compiler {
   X(MissingProperty, missing_property, error)             \
   X(OutOfRange, out_of_range, error)                      \
   X(TooLarge, too_large, error)                           \
+  X(CompetingMarkers, competing_markers, error)           \
+  X(Antagonists, antagonists, warning)                    \
+  X(TooManyUses, too_many_uses, warning)                  \
+  X(OutOfOrder, out_of_order, warning)                    \
+  X(LastsTooLong, lasts_too_long, warning)                \
   X(PhasesShrunk, phases_shrunk, warning)                 \
   X(RateChanged, rate_changed, warning)                   \
   X(OutlastsTimeline, outlasts_timeline, warning)         \
@@ -214,6 +219,46 @@ struct TooLarge {
   NMS_KIND(too_large, error);
   std::string what;
   std::string limit;
+};
+/// Two grammatical markers at once that want contrary things, or two entries that compete. Label: the earlier one.
+struct CompetingMarkers {
+  NMS_KIND(competing_markers, error);
+  std::string first;
+  std::string second;
+  std::string over;  ///< what both want: "AU1L and AU4L", or the name that `competes` gives it
+  std::string from;
+  std::string to;
+};
+/// Two causes of one layer hold units that no face can do together. Label: the earlier one.
+struct Antagonists {
+  NMS_KIND(antagonists, warning);
+  std::string first;
+  std::string first_unit;
+  std::string second;
+  std::string second_unit;
+  std::string from;
+  std::string to;
+};
+/// More uses of what competes for one thing than a clip may have. Label: the first of them.
+struct TooManyUses {
+  NMS_KIND(too_many_uses, warning);
+  std::string of;
+  std::string count;
+  std::string most;
+};
+/// An entry after one that it stands `before`. Label: the other.
+struct OutOfOrder {
+  NMS_KIND(out_of_order, warning);
+  std::string name;
+  std::string other;
+};
+/// A unit that lasts longer than FACS scores it.
+struct LastsTooLong {
+  NMS_KIND(lasts_too_long, warning);
+  std::string unit;
+  std::string length;
+  std::string longest;
+  std::string instead;
 };
 struct PhasesShrunk {
   NMS_KIND(phases_shrunk, warning);
