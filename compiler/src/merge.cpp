@@ -115,10 +115,16 @@ class Notes : public MergeObserver {
 /// One channel while it is merged: what each layer makes of it, and what the utterance states, before they meet.
 struct Layered {
   static constexpr int kStated = kLayerCount;  ///< above all layers
+  static constexpr int kFirst = kStated + 1;   ///< notes of what comes before the layers
+  static constexpr int kLast = kFirst + 1;     ///< and after them
   std::uint32_t channel = 0;
   std::array<std::vector<const Contribution*>, kLayerCount + 1> causes;
   std::array<Curve, kLayerCount + 1> value;
-  std::unique_ptr<Notes> notes;  ///< null: nobody listens
+  std::unique_ptr<std::array<Notes, kLast + 1>>
+      notes;  ///< of each layer, of what is stated, and of the rest; none: nobody listens
+
+  /// Where to say what is done to a layer. Null: nobody listens.
+  [[nodiscard]] Notes* notes_of(std::size_t layer) { return notes == nullptr ? nullptr : &(*notes)[layer]; }
 };
 
 Curve merge_group(std::vector<const Contribution*>& group, const ChannelInfo& channel, program::MergeOperator op,
@@ -166,8 +172,8 @@ std::vector<Layered> merge_within_layers(const ClipDraft& clip, const Channels& 
     Layered& layered = out.emplace_back();
     layered.channel = order[i]->channel;
     for (; i < order.size() && order[i]->channel == layered.channel; ++i) all.push_back(order[i]);
-    if (listened) layered.notes = std::make_unique<Notes>();
-    Notes* const notes = layered.notes.get();
+    if (listened) layered.notes = std::make_unique<std::array<Notes, Layered::kLast + 1>>();
+    Notes* const notes = layered.notes_of(Layered::kFirst);
     if (notes != nullptr) notes->channel(layered.channel, all);
     std::vector<bool> repeats(all.size(), false);
     if (all.size() > 1) {
@@ -182,7 +188,8 @@ std::vector<Layered> merge_within_layers(const ClipDraft& clip, const Channels& 
     const ChannelInfo& channel = channels.channels[layered.channel];
     for (std::size_t l = 0; l < layered.causes.size(); ++l)
       if (!layered.causes[l].empty())
-        layered.value[l] = merge_group(layered.causes[l], channel, channels.tracks[channel.track].merge, made, notes);
+        layered.value[l] =
+            merge_group(layered.causes[l], channel, channels.tracks[channel.track].merge, made, layered.notes_of(l));
   }
   return out;
 }
@@ -192,7 +199,7 @@ Curve less(const Curve& value, const Curve& taken) { return replaced(value, {}, 
 void scale(Layered& l, std::size_t layer, const Curve& taken) {
   if (taken.empty() || l.value[layer].empty()) return;
   l.value[layer] = less(l.value[layer], taken);
-  if (l.notes != nullptr) l.notes->scaled(static_cast<Layer>(layer), taken, l.value[layer]);
+  if (Notes* const notes = l.notes_of(layer)) notes->scaled(static_cast<Layer>(layer), taken, l.value[layer]);
 }
 
 /// Of the layers that share a slot, one moves it at a time: a later one in the slot's order is left what the earlier
@@ -249,7 +256,7 @@ void scale_antagonists(std::vector<Layered>& all, const Channels& channels) {
 }
 
 /// Between layers, low to high, and what the utterance states.
-Curve join_layers(const Layered& l, const ChannelInfo& channel, LayerOperator op) {
+Curve join_layers(Layered& l, const ChannelInfo& channel, LayerOperator op) {
   Curve out;
   for (std::size_t layer = 0; layer < kLayerCount; ++layer) {
     const Curve& own = l.value[layer];
@@ -260,7 +267,7 @@ Curve join_layers(const Layered& l, const ChannelInfo& channel, LayerOperator op
       out = replaced(out, own, claim(l.causes[layer]));
     else
       out = channel.is_axis() ? add(out, own) : either(out, own);
-    if (l.notes != nullptr) l.notes->layers(static_cast<Layer>(layer), out);
+    if (Notes* const notes = l.notes_of(layer)) notes->layers(static_cast<Layer>(layer), out);
   }
   const Curve& stated = l.value[Layered::kStated];
   if (out.empty()) {
@@ -268,13 +275,13 @@ Curve join_layers(const Layered& l, const ChannelInfo& channel, LayerOperator op
   } else if (!stated.empty()) {
     const Curve envelope = claim(l.causes[Layered::kStated]);
     out = replaced(out, stated, envelope);
-    if (l.notes != nullptr) l.notes->replaced(envelope, out);
+    if (Notes* const notes = l.notes_of(Layered::kStated)) notes->replaced(envelope, out);
   }
   return clamped(out, channel.low(), 1.0);
 }
 
 /// What is hidden is scaled by (1 - what hides it).
-void hide(std::vector<MergedCurve>& all, const std::vector<Layered>& layered, const Channels& channels) {
+void hide(std::vector<MergedCurve>& all, std::vector<Layered>& layered, const Channels& channels) {
   std::vector<std::pair<std::size_t, Curve>> hidden;
   for (std::size_t i = 0; i < all.size(); ++i) {
     Curve taken;
@@ -286,7 +293,7 @@ void hide(std::vector<MergedCurve>& all, const std::vector<Layered>& layered, co
     }
     if (taken.empty()) continue;
     hidden.emplace_back(i, less(all[i].curve, taken));
-    if (layered[i].notes != nullptr) layered[i].notes->hidden(taken, hidden.back().second);
+    if (Notes* const notes = layered[i].notes_of(Layered::kLast)) notes->hidden(taken, hidden.back().second);
   }
   for (auto& [i, curve] : hidden) {  // what hides may be hidden itself: that changes nothing
     all[i].curve = std::move(curve);
@@ -308,14 +315,18 @@ std::vector<MergedCurve> merge(const ClipDraft& clip, const Channels& channels, 
   }
   std::vector<MergedCurve> out;
   out.reserve(all.size());
-  for (const Layered& l : all) {
+  for (Layered& l : all) {
     const ChannelInfo& channel = channels.channels[l.channel];
     out.push_back({l.channel, join_layers(l, channel, channels.tracks[channel.track].layers)});
     simplify(out.back().curve);
   }
   hide(out, all, channels);
   if (observer != nullptr)
-    for (const Layered& l : all) l.notes->tell(*observer);
+    for (const Layered& l : all) {
+      (*l.notes)[Layered::kFirst].tell(*observer);
+      for (std::size_t layer = 0; layer <= kLayerCount; ++layer) (*l.notes)[layer].tell(*observer);
+      (*l.notes)[Layered::kLast].tell(*observer);
+    }
   return out;
 }
 
