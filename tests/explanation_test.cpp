@@ -62,7 +62,8 @@ double result_of(const Json& step) {
   std::vector<double> v;
   for (const Json& o : step["operands"]) v.push_back(number(o["value"]));
   if (kind == "either") return 1.0 - (1.0 - v[0]) * (1.0 - v[1]);
-  if (kind == "replace") return v[0] * (1.0 - number(step["envelope"])) + v[1];
+  if (kind == "scale" || kind == "hide") return v[0] * (1.0 - number(step["envelope"]));
+  if (kind == "replace" || kind == "highest") return v[0] * (1.0 - number(step["envelope"])) + v[1];
   if (kind == "latest") return number(step["result"]);  // needs all envelopes
   double out = v[0];
   for (std::size_t i = 1; i < v.size(); ++i) out = kind == "strongest" ? std::max(out, v[i]) : out + v[i];

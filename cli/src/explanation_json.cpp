@@ -56,7 +56,8 @@ Json cause(const Cause& c) {
 }
 
 Json step(const MergeStep& s) {
-  static constexpr const char* kKinds[] = {"strongest", "sum", "latest", "either", "add", "replace"};
+  static constexpr const char* kKinds[] = {"strongest", "sum",     "latest", "either", "add",
+                                           "replace",   "highest", "scale",  "hide"};
   Json out{{"operator", kKinds[static_cast<std::size_t>(s.kind)]}};
   if (!s.name.empty()) out["layer"] = std::string(s.name);
   out["operands"] = Json::array();
@@ -65,7 +66,7 @@ Json step(const MergeStep& s) {
     if (!s.name.empty()) operand["cause"] = o.cause;
     out["operands"].push_back(std::move(operand));
   }
-  if (s.kind == MergeStep::Kind::replace) out["envelope"] = rounded(s.envelope);
+  if (s.kind >= MergeStep::Kind::replace) out["envelope"] = rounded(s.envelope);
   out["result"] = rounded(s.result);
   return out;
 }

@@ -179,6 +179,14 @@ class Writer {
       case MergeStep::Kind::replace:
         return fmt::format("what is stated takes the place of {} of that: {} x (1 - {}) + {}", percent(s.envelope),
                            percent(a), percent(s.envelope), percent(b));
+      case MergeStep::Kind::highest:
+        return fmt::format("it takes the place of {} of the layers below: {} x (1 - {}) + {}", percent(s.envelope),
+                           percent(a), percent(s.envelope), percent(b));
+      case MergeStep::Kind::scale:
+        return fmt::format("other layers take {} of that: {} x (1 - {})", percent(s.envelope), percent(a),
+                           percent(s.envelope));
+      case MergeStep::Kind::hide:
+        return fmt::format("{} of that is hidden: {} x (1 - {})", percent(s.envelope), percent(a), percent(s.envelope));
       default:
         return {};
     }
@@ -187,7 +195,7 @@ class Writer {
   void step(const MergeStep& s, const std::vector<Cause>& causes) {
     if (s.name.empty()) {
       // Nothing was under it, or it is not there at the time: there is nothing to tell.
-      if (s.kind == MergeStep::Kind::replace ? s.envelope == 0.0 : layers_shown_ < 2 || !last_shown_) return;
+      if (s.kind >= MergeStep::Kind::replace ? s.envelope == 0.0 : layers_shown_ < 2 || !last_shown_) return;
       fmt::format_to(std::back_inserter(out_), "  {} = {}{}{}{}\n", formula(s), style_.bold, percent(s.result),
                      style_.off, s.result > 1.0 + 1e-6 || s.result < -1.0 - 1e-6 ? ", held at the full" : "");
       return;

@@ -92,20 +92,35 @@ void ExplanationRecorder::group(const std::vector<const Contribution*>& of, bool
   current().steps.push_back(std::move(step));
 }
 
-void ExplanationRecorder::layers(Layer, const Curve& merged) {
+void ExplanationRecorder::scaled(Layer, const Curve& taken, const Curve& merged) {
+  const double result = merged.value(time_ns_);
+  current().steps.push_back({MergeStep::Kind::scale, {}, {{group_, 0}}, taken.value(time_ns_), result});
+  group_ = result;
+}
+
+void ExplanationRecorder::layers(Layer, const Curve* envelope, const Curve& merged) {
   const double result = merged.value(time_ns_);
   if (!first_) {
-    const bool axis = channels_.channels[current().channel].is_axis();
+    const MergeStep::Kind kind = envelope != nullptr                               ? MergeStep::Kind::highest
+                                 : channels_.channels[current().channel].is_axis() ? MergeStep::Kind::add
+                                                                                   : MergeStep::Kind::either;
     current().steps.push_back(
-        {axis ? MergeStep::Kind::add : MergeStep::Kind::either, {}, {{below_, 0}, {group_, 0}}, 1.0, result});
+        {kind, {}, {{below_, 0}, {group_, 0}}, envelope != nullptr ? envelope->value(time_ns_) : 1.0, result});
   }
   first_ = false;
   below_ = result;
 }
 
 void ExplanationRecorder::replaced(const Curve& envelope, const Curve& merged) {
+  const double result = merged.value(time_ns_);
   current().steps.push_back(
-      {MergeStep::Kind::replace, {}, {{below_, 0}, {group_, 0}}, envelope.value(time_ns_), merged.value(time_ns_)});
+      {MergeStep::Kind::replace, {}, {{below_, 0}, {group_, 0}}, envelope.value(time_ns_), result});
+  below_ = result;
+}
+
+void ExplanationRecorder::hidden(const Curve& taken, const Curve& merged) {
+  const double value = current().steps.empty() ? 0.0 : current().steps.back().result;
+  current().steps.push_back({MergeStep::Kind::hide, {}, {{value, 0}}, taken.value(time_ns_), merged.value(time_ns_)});
 }
 
 }  // namespace nms::compiler

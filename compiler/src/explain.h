@@ -24,8 +24,10 @@ class ExplanationRecorder : public MergeObserver {
   void joined(const Contribution& pose, const Contribution& joint) override;
   void group(const std::vector<const Contribution*>& of, bool stated, program::MergeOperator op, bool sum,
              const Curve& merged) override;
-  void layers(Layer layer, const Curve& merged) override;
+  void scaled(Layer layer, const Curve& taken, const Curve& merged) override;
+  void layers(Layer layer, const Curve* envelope, const Curve& merged) override;
   void replaced(const Curve& envelope, const Curve& merged) override;
+  void hidden(const Curve& taken, const Curve& merged) override;
 
   [[nodiscard]] std::vector<ChannelExplanation> take() { return std::move(explained_); }
 

@@ -5,6 +5,7 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "coarticulation.h"
@@ -94,8 +95,10 @@ class Notes : public MergeObserver {
   void scaled(Layer layer, const Curve& taken, const Curve& merged) override {
     note([=](MergeObserver& o) { o.scaled(layer, taken, merged); });
   }
-  void layers(Layer layer, const Curve& merged) override {
-    note([=](MergeObserver& o) { o.layers(layer, merged); });
+  void layers(Layer layer, const Curve* envelope, const Curve& merged) override {
+    note([layer, by = envelope != nullptr ? std::optional(*envelope) : std::nullopt, merged](MergeObserver& o) {
+      o.layers(layer, by ? &*by : nullptr, merged);
+    });
   }
   void replaced(const Curve& envelope, const Curve& merged) override {
     note([=](MergeObserver& o) { o.replaced(envelope, merged); });
@@ -261,13 +264,17 @@ Curve join_layers(Layered& l, const ChannelInfo& channel, LayerOperator op) {
   for (std::size_t layer = 0; layer < kLayerCount; ++layer) {
     const Curve& own = l.value[layer];
     if (own.empty()) continue;
-    if (out.empty())
+    std::optional<Curve> envelope;
+    if (out.empty()) {
       out = own;
-    else if (op == LayerOperator::highest)
-      out = replaced(out, own, claim(l.causes[layer]));
-    else
+    } else if (op == LayerOperator::highest) {
+      envelope = claim(l.causes[layer]);
+      out = replaced(out, own, *envelope);
+    } else {
       out = channel.is_axis() ? add(out, own) : either(out, own);
-    if (Notes* const notes = l.notes_of(layer)) notes->layers(static_cast<Layer>(layer), out);
+    }
+    if (Notes* const notes = l.notes_of(layer))
+      notes->layers(static_cast<Layer>(layer), envelope ? &*envelope : nullptr, out);
   }
   const Curve& stated = l.value[Layered::kStated];
   if (out.empty()) {

@@ -35,11 +35,11 @@ class MergeObserver {
   virtual void group(const std::vector<const Contribution*>& of, bool stated, program::MergeOperator op, bool sum,
                      const Curve& merged) = 0;
   /// What the layer had became `merged`, scaled by (1 - taken): another of its slot, or antagonists above, took that.
-  virtual void scaled(Layer layer, const Curve& taken, const Curve& merged) {
-    static_cast<void>(layer), static_cast<void>(taken), static_cast<void>(merged);
-  }
+  virtual void scaled(Layer layer, const Curve& taken, const Curve& merged) = 0;
   /// All layers up to `layer` became `merged`.
-  virtual void layers(Layer layer, const Curve& merged) = 0;
+  /// @param envelope  under `highest`: how far the layer took the place of those below; else, or if there are none,
+  /// null
+  virtual void layers(Layer layer, const Curve* envelope, const Curve& merged) = 0;
   /// What is stated took the place of the layers as far as `envelope` says, and they became `merged`.
   virtual void replaced(const Curve& envelope, const Curve& merged) = 0;
   /// At last it became `merged`, scaled by (1 - taken): what hides it took that.

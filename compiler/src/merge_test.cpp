@@ -362,7 +362,10 @@ class Listener : public MergeObserver {
     value = merged.value(time_ns_);
     (stated ? stated_value : layer_value) = value;
   }
-  void layers(Layer, const Curve& merged) override {
+  void scaled(Layer, const Curve&, const Curve&) override { ADD_FAILURE() << "one channel has nobody to cede to"; }
+  void hidden(const Curve&, const Curve&) override { ADD_FAILURE() << "one channel is hidden by nothing"; }
+  void layers(Layer, const Curve* envelope, const Curve& merged) override {
+    EXPECT_EQ(envelope, nullptr);
     below_ = channel_.is_axis() ? below_ + layer_value : 1.0 - (1.0 - below_) * (1.0 - layer_value);
     value = merged.value(time_ns_);
     EXPECT_NEAR(value, below_, kTolerance);

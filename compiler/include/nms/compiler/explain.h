@@ -78,6 +78,9 @@ struct MergeStep {
     either,     ///< between layers of an action unit: 1 - prod(1 - v)
     add,        ///< between layers of an axis
     replace,    ///< what is stated takes the place of the rest: base (1 - envelope) + stated
+    highest,    ///< between layers: the higher takes the place of those below: base (1 - envelope) + higher
+    scale,      ///< of a layer: another takes some of it, its slot's first or an antagonist above: value (1 - envelope)
+    hide,       ///< at last: what hides it takes some of it: value (1 - envelope)
   };
   struct Operand {
     double value = 0.0;
@@ -86,7 +89,7 @@ struct MergeStep {
   Kind kind = Kind::strongest;
   std::string_view name;  ///< within a layer: the layer, or "stated"; else empty
   std::vector<Operand> operands;
-  double envelope = 1.0;  ///< of `replace`
+  double envelope = 1.0;  ///< of `replace`, `highest`, `scale` and `hide`
   double result = 0.0;    ///< of a layer after it was held within the channel's range; of others before
 };
 
