@@ -359,6 +359,22 @@ expect 1 "plot into no folder" "$nmsc" plot good.nms --clip look -o nowhere/look
 expect 2 "plot without a clip" "$nmsc" plot good.nms -o -
 expect 2 "plot too narrow" "$nmsc" plot good.nms --clip look --width 10 -o -
 
+# ---- An avatar that others made
+expect 0 "a still face to animate" "$nmsc" build good.nms --all-targets --clip smile -o still.glb
+expect 0 "build on an avatar" "$nmsc" build good.nms --clip look --on still.glb -o moving.glb
+says "build on an avatar" "1 clip on still.glb"
+expect 1 "build on an avatar that has the clip" "$nmsc" build good.nms --clip look --on moving.glb -o again.glb
+says "build on an avatar that has the clip" "clip_exists"
+expect 1 "build on what is no avatar" "$nmsc" build good.nms --clip look --on good.nms -o again.glb
+says "build on what is no avatar" "bad_avatar"
+head -c 4000 still.glb >cut.glb
+expect 1 "build on half an avatar" "$nmsc" build good.nms --clip look --on cut.glb -o again.glb
+expect 1 "build on no avatar" "$nmsc" build good.nms --clip look --on nowhere.glb -o again.glb
+holds "a build on no avatar writes nothing" test ! -e again.glb
+printf 'timeline wall 1s { AU65 over 0.2s..0.6s }\n' >wall.nms
+expect 0 "build what an avatar cannot show" "$nmsc" build wall.nms --on still.glb -o wall.glb
+says "build what an avatar cannot show" "not_on_avatar"
+
 # ---- Pictures of the face
 tiny=(--size 24x30 -o sheet.png)
 expect 0 "preview" "$nmsc" preview good.nms --clip smile --at 0,1s --view front,side "${tiny[@]}"

@@ -1,7 +1,10 @@
 #include <cstdio>
+#include <span>
+#include <vector>
 
 #include <fmt/format.h>
 
+#include <nms/runtime/gltf_avatar.h>
 #include <nms/runtime/gltf_export.h>
 #include <nms/runtime/rig.h>
 
@@ -14,6 +17,56 @@
 namespace nms::cli {
 namespace {
 
+/// The clips asked for, or all. Nothing: there are none such, and that has been said.
+std::vector<const program::Clip*> chosen_clips(const BuildOptions& options, const program::Program& program,
+                                               lang::Diagnostics& diagnostics) {
+  std::vector<const program::Clip*> clips;
+  for (const std::string& name : options.clips) {
+    const program::Clip* clip = find_clip(program, name, options.files.front(), diagnostics);
+    if (clip != nullptr) clips.push_back(clip);
+  }
+  if (clips.size() != options.clips.size()) return {};
+  if (options.clips.empty())
+    for (const program::Clip& c : program.clips) clips.push_back(&c);
+  if (clips.empty() && !options.all_targets)
+    add_failure(diagnostics, {"no_clips", options.files.front(), "it has nothing to play",
+                              "declare an expression, a timeline, an entry or an utterance; or ask for --all-targets"});
+  return clips;
+}
+
+/// sources -> program -> an avatar that others made, on disk.
+void run_on_avatar(const GlobalOptions& global, const BuildOptions& options, SourceFiles& sources,
+                   lang::Diagnostics& diagnostics) {
+  const auto image = load_program(global, options.files, "", sources, diagnostics);
+  if (!image) return;
+  const auto clips = chosen_clips(options, image->program(), diagnostics);
+  if (clips.empty()) return;
+  const auto avatar = read_file(options.avatar);
+  if (!avatar) {
+    add_failure(diagnostics, avatar.error());
+    return;
+  }
+  const auto made = runtime::animate_avatar(std::as_bytes(std::span(avatar->data(), avatar->size())), options.avatar,
+                                            image->program(), clips);
+  if (!made) {
+    add_failure(diagnostics, made.error());
+    return;
+  }
+  if (!made->unshown.empty())
+    add_failure(
+        diagnostics,
+        {"not_on_avatar", options.avatar, fmt::format("it has nothing that shows {}", fmt::join(made->unshown, ", ")),
+         "add morph targets of those names, or of ARKit's, to the avatar"},
+        lang::Severity::warning);
+  if (const auto failure = write_file(options.output, made->glb)) {
+    add_failure(diagnostics, *failure);
+    return;
+  }
+  fmt::print(stderr, "{}: {} clip{} on {}: {} targets, {} bones, {:.1f} MB\n", options.output, clips.size(),
+             clips.size() == 1 ? "" : "s", options.avatar, made->targets.size(), made->bones.size(),
+             static_cast<double>(made->glb.size()) / 1e6);
+}
+
 /// sources -> program -> face -> rig -> GLB, on disk.
 void run(const GlobalOptions& global, const BuildOptions& options, SourceFiles& sources,
          lang::Diagnostics& diagnostics) {
@@ -21,19 +74,8 @@ void run(const GlobalOptions& global, const BuildOptions& options, SourceFiles& 
   if (!image) return;
   const program::Program& program = image->program();
 
-  std::vector<const program::Clip*> clips;
-  for (const std::string& name : options.clips) {
-    const program::Clip* clip = find_clip(program, name, options.files.front(), diagnostics);
-    if (clip != nullptr) clips.push_back(clip);
-  }
-  if (clips.size() != options.clips.size()) return;
-  if (options.clips.empty())
-    for (const program::Clip& c : program.clips) clips.push_back(&c);
-  if (clips.empty() && !options.all_targets) {
-    add_failure(diagnostics, {"no_clips", options.files.front(), "it has nothing to play",
-                              "declare an expression, a timeline, an entry or an utterance; or ask for --all-targets"});
-    return;
-  }
+  const auto clips = chosen_clips(options, program, diagnostics);
+  if (clips.empty() && (!options.all_targets || diagnostics.error_count() != 0)) return;
 
   const auto face = load_face(program, options.face, sources, diagnostics);
   if (!face) return;
@@ -62,7 +104,10 @@ void run(const GlobalOptions& global, const BuildOptions& options, SourceFiles& 
 int build(const GlobalOptions& global, const BuildOptions& options) {
   SourceFiles sources(global.stdlib);
   lang::Diagnostics diagnostics;
-  run(global, options, sources, diagnostics);
+  if (options.avatar.empty())
+    run(global, options, sources, diagnostics);
+  else
+    run_on_avatar(global, options, sources, diagnostics);
   return finish(global, diagnostics);
 }
 

@@ -23,6 +23,7 @@ struct GlobalOptions {
 struct BuildOptions {
   std::vector<std::string> files;
   std::string output;
+  std::string avatar;  ///< a .glb to write the clips into; empty: a face of ours
   std::string face = "ada";
   std::vector<std::string> clips;
   bool all_targets = false;

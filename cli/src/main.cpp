@@ -91,6 +91,9 @@ int main(int argc, char** argv) try {
       ->type_name("NAME")
       ->take_all()
       ->expected(1);
+  build_command
+      ->add_option("--on", build_options.avatar, "Write the clips into this avatar: ARKit, VRM 1.0 or FACS names")
+      ->type_name("AVATAR.glb");
   build_command->add_flag("--all-targets", build_options.all_targets,
                           "Write every action unit the face can show, not only those used");
   build_command->add_flag("--dense", build_options.dense,
