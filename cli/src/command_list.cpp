@@ -2,9 +2,11 @@
 #include <string_view>
 
 #include <fmt/format.h>
+#include <nms/lang/parse.h>
 
 #include "commands.h"
 #include "decimal_seconds.h"
+#include "entry_lines.h"
 #include "loading.h"
 #include "report.h"
 
@@ -18,9 +20,16 @@ std::string_view kind_name(program::ClipKind kind) {
 
 }  // namespace
 
-int list(const GlobalOptions& global, const std::vector<std::string>& files) {
+int list(const GlobalOptions& global, const std::vector<std::string>& files, bool entries) {
   SourceFiles sources(global.stdlib);
   lang::Diagnostics diagnostics;
+  if (entries) {
+    std::string out;
+    for (const auto& source : load_roots(files, sources, diagnostics))
+      out += entry_lines(*lang::parse(source, diagnostics));
+    std::fwrite(out.data(), 1, out.size(), stdout);
+    return finish(global, diagnostics);
+  }
   if (const auto image = load_program(global, files, "", sources, diagnostics)) {
     const program::Program& p = image->program();
     std::string out;

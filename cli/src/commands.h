@@ -52,7 +52,8 @@ int format(const GlobalOptions& global, const std::vector<std::string>& files, b
 /// Overbar notation of every utterance, or of one clip if `clip` is not empty.
 int gloss(const GlobalOptions& global, const std::string& file, const std::string& clip);
 
-int list(const GlobalOptions& global, const std::vector<std::string>& files);
+/// @param entries  the entries that the sources declare, in place of what plays
+int list(const GlobalOptions& global, const std::vector<std::string>& files, bool entries);
 
 struct PlotOptions {
   std::string file;

@@ -138,7 +138,11 @@ int main(int argc, char** argv) try {
 
   CLI::App* list_command = app.add_subcommand("list", "Print a line for each clip: name, kind, seconds");
   list_command->add_option("FILE", files, "Sources, or one compiled .auc")->required();
-  list_command->callback([&] { chosen = [&] { return list(global, files); }; });
+  bool list_entries = false;
+  list_command->add_flag("--entries", list_entries,
+                         "A line for each entry of their lexicons instead: lexicon, name, function, evidence, ids, "
+                         "labels, meaning");
+  list_command->callback([&] { chosen = [&] { return list(global, files, list_entries); }; });
 
   std::string gloss_clip;
   CLI::App* gloss_command = app.add_subcommand("gloss", "Print utterances in overbar notation");

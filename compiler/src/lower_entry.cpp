@@ -51,8 +51,9 @@ std::int64_t own_length(const Movement& m) {
 
 /// Properties an entry may have; phases are read by read_timing.
 bool known_entry_property(std::string_view name) {
-  for (const std::string_view known : {"label", "alias", "meaning", "source", "evidence", "spreads", "onset", "offset",
-                                       "lead", "lag", "easing", "held", "apex", "profile", "competes", "before"})
+  for (const std::string_view known :
+       {"label", "alias", "meaning", "source", "evidence", "id", "synonym", "spreads", "onset", "offset", "lead", "lag",
+        "easing", "held", "apex", "profile", "competes", "before"})
     if (name == known) return true;
   return false;
 }
@@ -192,6 +193,17 @@ void schedule_item(ClipDraft& clip, NodeRef item, const Placed& base, double int
   }
 }
 
+/// `synonym mm pah`: entries of the same lexicon, or of one that it extends, that may look the same.
+void check_synonyms(NodeRef property, const Declaration& entry, const Scope& scope, Evaluator& evaluator) {
+  const Declarations& all = evaluator.declarations();
+  for (NodeRef value : property.children()) {
+    if (value == property.at(0) || all.find_entry(value.text(), entry.lexicon) != nullptr) continue;
+    std::vector<std::string> known;
+    for (const Declaration* d : all.entries_of(entry.lexicon)) known.emplace_back(d->name);
+    evaluator.report(scope, value, UnknownName{"entry", std::string(value.text()), lang::nearest(value.text(), known)});
+  }
+}
+
 }  // namespace
 
 namespace {
@@ -248,12 +260,14 @@ void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scop
   base.cause = static_cast<std::uint32_t>(clip.causes.size());
   clip.causes.push_back({entry.name, used, span, &entry});
   for (NodeRef item : entry.node.children()) {
+    if (is_property(item) && item.at(0).text() == "synonym") check_synonyms(item, entry, scope, evaluator);
     if (is_property(item) && !known_entry_property(item.at(0).text()))
-      evaluator.report(scope, item.at(0),
-                       UnknownProperty{std::string(item.at(0).text()),
-                                       "an entry",
-                                       {"label", "alias", "meaning", "source", "evidence", "spreads", "onset", "offset",
-                                        "lead", "lag", "easing", "profile", "held", "competes", "before"}});
+      evaluator.report(
+          scope, item.at(0),
+          UnknownProperty{std::string(item.at(0).text()),
+                          "an entry",
+                          {"label", "alias", "meaning", "source", "evidence", "id", "synonym", "spreads", "onset",
+                           "offset", "lead", "lag", "easing", "profile", "held", "competes", "before"}});
     if (is_property(item) && (item.at(0).text() == "competes" || item.at(0).text() == "before"))
       check_company(item, scope, evaluator);
     schedule_item(clip, item, base, intensity, scope, context, evaluator);

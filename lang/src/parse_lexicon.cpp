@@ -51,9 +51,9 @@ bool Parser::entry() {
 
 bool Parser::at_property_word() const {
   if (!at(Tok::name)) return false;
-  static constexpr std::string_view kWords[] = {"label",  "alias",   "meaning", "source", "evidence", "competes",
-                                                "before", "spreads", "onset",   "apex",   "offset",   "lead",
-                                                "lag",    "profile", "held",    "easing", "layer"};
+  static constexpr std::string_view kWords[] = {
+      "label", "alias", "meaning", "source", "evidence", "id",      "synonym", "competes", "before", "spreads",
+      "onset", "apex",  "offset",  "lead",   "lag",      "profile", "held",    "easing",   "layer"};
   const std::string_view word = slice(token_);
   bool found = false;
   for (std::string_view w : kWords) found = found || w == word;
