@@ -212,6 +212,7 @@ std::optional<Scope> Evaluator::bind(NodeRef call, bool skip_first, std::string_
   Scope inner;
   inner.file = params_file;
   inner.left_handed = scope.left_handed;
+  inner.places = scope.places;
   std::vector<NodeRef> declared;
   std::vector<std::string> names;
   std::vector<Unit> units;

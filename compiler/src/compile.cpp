@@ -16,6 +16,7 @@
 #include "explain.h"
 #include "load_sources.h"
 #include "lower_clip.h"
+#include "lower_discourse.h"
 #include "merge.h"
 #include "movement.h"
 #include "rig.h"
@@ -55,40 +56,59 @@ void check_movement(const Declaration& d, Evaluator& evaluator) {
 void refuse(const LoadedFile& file, Evaluator& evaluator) {
   Scope scope;
   for (NodeRef d : file.tree->root().children()) {
-    if (d.is(NodeKind::discourse)) evaluator.report(scope, d.child(NodeKind::name), NotCompiled{"a discourse"});
     if (!d.is(NodeKind::lexicon)) continue;
     for (NodeRef part : d.children())
       if (part.is(NodeKind::combine)) evaluator.report(scope, part, NotCompiled{"combine"});
   }
 }
 
-struct ClipSource {
-  const Declaration* declaration;
-  std::optional<ClipDraft> (*lower)(const Declaration&, Evaluator&);
-};
-
-std::optional<ClipDraft> utterance_clip(const Declaration& d, Evaluator& evaluator) {
-  auto utterance = lower_utterance(d, evaluator);
-  if (!utterance) return std::nullopt;
-  return std::move(utterance->clip);
+/// All that becomes clips, in the order it is declared, file by file.
+std::vector<const Declaration*> clip_sources(const std::vector<LoadedFile>& files, const Declarations& all) {
+  std::vector<const Declaration*> out;
+  for (const Declaration& d : all.movements)
+    if (files[d.file].root && d.node.is(NodeKind::expression)) out.push_back(&d);
+  for (const Declaration& d : all.clips)
+    if (files[d.file].root) out.push_back(&d);
+  for (const Declaration& d : all.entries)
+    if (files[d.file].root) out.push_back(&d);
+  std::stable_sort(out.begin(), out.end(), [](const Declaration* a, const Declaration* b) {
+    return a->file != b->file ? a->file < b->file : a->node.index() < b->node.index();
+  });
+  return out;
 }
 
-/// All that becomes a clip, in the order it is declared, file by file.
-std::vector<ClipSource> clip_sources(const std::vector<LoadedFile>& files, const Declarations& all) {
-  std::vector<ClipSource> out;
-  for (const Declaration& d : all.movements)
-    if (files[d.file].root && d.node.is(NodeKind::expression)) out.push_back({&d, &lower_expression});
-  for (const Declaration& d : all.clips) {
-    if (!files[d.file].root) continue;
-    if (d.node.is(NodeKind::timeline)) out.push_back({&d, &lower_timeline});
-    if (d.node.is(NodeKind::utterance)) out.push_back({&d, &utterance_clip});
+/// The clips of one declaration: one, but of a discourse one for each participant. None: it has errors, or no length of
+/// its own.
+std::vector<ClipDraft> lower(const Declaration& d, Evaluator& evaluator, Discourses& discourses) {
+  std::vector<ClipDraft> out;
+  const auto keep = [&out](std::optional<ClipDraft>&& clip) {
+    if (clip) out.push_back(std::move(*clip));
+  };
+  switch (d.node.kind()) {
+    case NodeKind::expression:
+      keep(lower_expression(d, evaluator));
+      break;
+    case NodeKind::timeline:
+      keep(lower_timeline(d, evaluator));
+      break;
+    case NodeKind::entry:
+      keep(lower_entry(d, evaluator));
+      break;
+    case NodeKind::utterance: {
+      UtteranceSetting setting;
+      setting.places = discourses.places_of(d);
+      if (auto utterance = lower_utterance(d, evaluator, setting)) out.push_back(std::move(utterance->clip));
+      break;
+    }
+    case NodeKind::discourse:
+      if (auto discourse = discourses.lower(d)) {
+        out.push_back(std::move(discourse->clip));
+        for (ClipDraft& participant : discourse->participants) out.push_back(std::move(participant));
+      }
+      break;
+    default:
+      break;
   }
-  for (const Declaration& d : all.entries)
-    if (files[d.file].root) out.push_back({&d, &lower_entry});
-  std::stable_sort(out.begin(), out.end(), [](const ClipSource& a, const ClipSource& b) {
-    return a.declaration->file != b.declaration->file ? a.declaration->file < b.declaration->file
-                                                      : a.declaration->node.index() < b.declaration->node.index();
-  });
   return out;
 }
 
@@ -106,8 +126,9 @@ struct ExplainRequest {
   std::vector<ChannelExplanation> channels;
 };
 
-void visit_tests(const std::vector<LoadedFile>& files, Evaluator& evaluator, TestRequest* request) {
-  TestRun tests(evaluator);
+void visit_tests(const std::vector<LoadedFile>& files, Evaluator& evaluator, Discourses& discourses,
+                 TestRequest* request) {
+  TestRun tests(evaluator, discourses);
   for (const Declaration& d : evaluator.declarations().tests) {
     if (!files[d.file].root) continue;
     const NodeRef name = d.node.child(NodeKind::string);
@@ -130,6 +151,7 @@ std::optional<program::Draft> compile_all(const std::vector<std::shared_ptr<cons
   const Declarations declarations = Declarations::collect(files, provider, diagnostics);
   const Channels channels = build_channels(files, declarations, diagnostics);
   Evaluator evaluator(files, declarations, channels, outside, diagnostics);
+  Discourses discourses(evaluator);
   Emitter emitter;
   emitter.channels(channels);
   build_rig(options.face, evaluator, emitter);
@@ -140,35 +162,32 @@ std::optional<program::Draft> compile_all(const std::vector<std::shared_ptr<cons
     if (f.root) refuse(f, evaluator);
 
   std::unordered_set<std::string> names;
-  for (const ClipSource& source : clip_sources(files, declarations)) {
-    const Declaration& d = *source.declaration;
-    std::optional<ClipDraft> clip = source.lower(d, evaluator);
-    if (!clip) continue;
+  const auto add = [&](const Declaration& d, ClipDraft& clip) {
     // Clips are named in files and players: one name, one clip. An entry gives way and takes its lexicon's name along.
-    if (names.count(clip->name) != 0) {
-      if (clip->kind == program::ClipKind::entry)
-        clip->name = fmt::format("{}_{}", declarations.lexicons[d.lexicon].declaration.name, clip->name);
-      if (names.count(clip->name) != 0) {
-        evaluator.report({}, d.node.child(NodeKind::name), DuplicateName{"clip", clip->name});
-        continue;
-      }
+    if (names.count(clip.name) != 0 && clip.kind == program::ClipKind::entry)
+      clip.name = fmt::format("{}_{}", declarations.lexicons[d.lexicon].declaration.name, clip.name);
+    if (!names.insert(clip.name).second) {
+      evaluator.report({}, d.node.child(NodeKind::name), DuplicateName{"clip", clip.name});
+      return;
     }
-    names.insert(clip->name);
-    if (explained != nullptr) explained->clips.push_back(clip->name);
-    if (explained != nullptr && clip->name == explained->options.clip) {
-      ExplanationRecorder recorder(*clip, channels, explained->options.time_ns);
-      emitter.clip(*clip, merge(*clip, channels, &recorder), channels);
+    if (explained != nullptr) explained->clips.push_back(clip.name);
+    if (explained != nullptr && clip.name == explained->options.clip) {
+      ExplanationRecorder recorder(clip, channels, explained->options.time_ns);
+      emitter.clip(clip, merge(clip, channels, &recorder), channels);
       explained->found = true;
       explained->channels = recorder.take();
     } else {
-      emitter.clip(*clip, merge(*clip, channels), channels);
+      emitter.clip(clip, merge(clip, channels), channels);
     }
+  };
+  for (const Declaration* d : clip_sources(files, declarations)) {
+    for (ClipDraft& clip : lower(*d, evaluator, discourses)) add(*d, clip);
     if (emitter.draft.knots.size() > kMaxKnots) {
-      evaluator.report({}, d.node, TooLarge{"the program", fmt::format("{} knots", kMaxKnots)});
+      evaluator.report({}, d->node, TooLarge{"the program", fmt::format("{} knots", kMaxKnots)});
       break;
     }
   }
-  visit_tests(files, evaluator, request);
+  visit_tests(files, evaluator, discourses, request);
   if (diagnostics.error_count() != 0) return std::nullopt;
   // Tests are run file by file, and one table may serve them all.
   if (request == nullptr) outside.report_unused(diagnostics);

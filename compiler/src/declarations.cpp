@@ -67,7 +67,7 @@ void index_entry(LexiconDeclaration& lexicon, std::uint32_t index, const Declara
 /// Names of lexicons that a file speaks of without declaring or using them.
 void named_lexicons(const lang::Tree& tree, std::vector<std::string>& out) {
   for (NodeRef d : tree.root().children()) {
-    if (!d.is(NodeKind::utterance) && !d.is(NodeKind::lexicon)) continue;
+    if (!d.is(NodeKind::utterance) && !d.is(NodeKind::discourse) && !d.is(NodeKind::lexicon)) continue;
     for (const NodeKind k : {NodeKind::in, NodeKind::extends})
       if (const NodeRef part = d.child(k))
         if (const NodeRef name = part.child(NodeKind::name)) out.emplace_back(name.text());
@@ -110,8 +110,10 @@ Declarations Declarations::collect(std::vector<LoadedFile>& files, lang::SourceP
         case NodeKind::timeline:
         case NodeKind::utterance:
         case NodeKind::discourse:
-          if (!d.name.empty() && unique.fresh("clip", "timeline, utterance or discourse", d.name, i, node))
+          if (!d.name.empty() && unique.fresh("clip", "timeline, utterance or discourse", d.name, i, node)) {
+            all.clip_index_[d.name].push_back(static_cast<std::uint32_t>(all.clips.size()));
             all.clips.push_back(d);
+          }
           break;
         case NodeKind::track:
           if (unique.fresh("track", "track", d.name, i, node)) all.tracks.push_back(d);
@@ -191,19 +193,34 @@ Declarations Declarations::collect(std::vector<LoadedFile>& files, lang::SourceP
   return all;
 }
 
-const Declaration* Declarations::find_movement(std::string_view name, std::uint32_t from) const {
-  const auto it = movement_index_.find(name);
-  if (it == movement_index_.end()) return nullptr;
+namespace {
+
+/// Of the declarations of one name the one that is nearest to a file.
+const Declaration* nearest_of(const std::unordered_map<std::string_view, std::vector<std::uint32_t>>& index,
+                              const std::vector<Declaration>& declarations, std::string_view name,
+                              const LoadedFile& from) {
+  const auto it = index.find(name);
+  if (it == index.end()) return nullptr;
   const Declaration* best = nullptr;
   std::uint32_t best_distance = kUnreachable;
   for (const std::uint32_t i : it->second) {
-    const std::uint32_t distance = (*files_)[from].distance[movements[i].file];
+    const std::uint32_t distance = from.distance[declarations[i].file];
     if (distance < best_distance) {
       best_distance = distance;
-      best = &movements[i];
+      best = &declarations[i];
     }
   }
   return best;
+}
+
+}  // namespace
+
+const Declaration* Declarations::find_movement(std::string_view name, std::uint32_t from) const {
+  return nearest_of(movement_index_, movements, name, (*files_)[from]);
+}
+
+const Declaration* Declarations::find_clip(std::string_view name, std::uint32_t from) const {
+  return nearest_of(clip_index_, clips, name, (*files_)[from]);
 }
 
 std::uint32_t Declarations::find_lexicon(std::string_view name) const {

@@ -45,6 +45,8 @@ class Declarations {
 
   /// The movement `name` as file `from` sees it: its own first, then those of the files it uses, nearest first.
   [[nodiscard]] const Declaration* find_movement(std::string_view name, std::uint32_t from) const;
+  /// The timeline, utterance or discourse of that name that is nearest to file `from`.
+  [[nodiscard]] const Declaration* find_clip(std::string_view name, std::uint32_t from) const;
   [[nodiscard]] std::uint32_t find_lexicon(std::string_view name) const;
   /// An entry by name, label or alias, in a lexicon or one that it extends.
   [[nodiscard]] const Declaration* find_entry(std::string_view name, std::uint32_t lexicon) const;
@@ -57,6 +59,7 @@ class Declarations {
 
  private:
   std::unordered_map<std::string_view, std::vector<std::uint32_t>> movement_index_;
+  std::unordered_map<std::string_view, std::vector<std::uint32_t>> clip_index_;
   const std::vector<LoadedFile>* files_ = nullptr;
 };
 

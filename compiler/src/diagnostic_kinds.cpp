@@ -137,6 +137,11 @@ Description UnknownSign::describe() const {
 }
 
 Description AmbiguousSign::describe() const {
+  if (utterance)
+    return {
+        fmt::format("{} is played more than once", name),
+        {fmt::format("it begins at {}: write a time, or the name of a sign that is signed once", joined(candidates))},
+        {{"name", name}, {"candidates", joined(candidates)}}};
   return {fmt::format("{} is signed more than once", name),
           {fmt::format("it stands at {}: name one with `as`, as in {}@0s..0.3s as n1", joined(candidates), name)},
           {{"name", name}, {"candidates", joined(candidates)}}};
@@ -183,8 +188,8 @@ Description UnknownMark::describe() const {
 
 Description MissingLexicon::describe() const {
   if (name.empty())
-    return {fmt::format("{} is an entry's name, and this utterance has no lexicon", needed_by),
-            {"say which: utterance NAME in asl { ... }"},
+    return {fmt::format("{} is an entry's name, and no lexicon is named here", needed_by),
+            {"say which: utterance NAME in asl { ... }, or discourse NAME in asl { ... }"},
             {{"needed_by", needed_by}}};
   Description d{fmt::format("there is no lexicon named {}", name), {}, {{"name", name}}};
   offer(d, nearest);

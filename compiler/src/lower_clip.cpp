@@ -27,16 +27,8 @@ Scope default_scope(const Declaration& d, Evaluator& evaluator, bool& good) {
   return good ? *bound : outer;
 }
 
-/// Marks that a clip asks for stand in it.
-void mark_markers(ClipDraft& clip, const OutsideTimes::InClip& in) {
-  for (const OutsideTimes::Used& mark : in.used())
-    clip.markers.push_back({mark.time_ns, std::string(mark.name), program::MarkerKind::mark});
-}
-
-/// What gives way does; what competes is reported; the clip is as long as all that is in it.
-void finish(ClipDraft& clip, const Scope& scope, Evaluator& evaluator) {
-  give_way(clip, evaluator.channels());
-  check_competition(clip, scope, evaluator);
+/// A clip is as long as all that is in it.
+void extend(ClipDraft& clip) {
   for (const Contribution& c : clip.contributions) {
     clip.start_ns = std::min(clip.start_ns, c.curve.knots.empty() ? c.start_ns : c.curve.knots.front().time_ns);
     clip.end_ns = std::max(clip.end_ns, c.curve.knots.empty() ? c.end_ns : c.curve.knots.back().time_ns);
@@ -46,7 +38,11 @@ void finish(ClipDraft& clip, const Scope& scope, Evaluator& evaluator) {
 /// An utterance while it is lowered.
 class UtteranceLowering {
  public:
-  UtteranceLowering(const Declaration& d, Evaluator& evaluator) : d_(d), evaluator_(evaluator) { scope_.file = d.file; }
+  UtteranceLowering(const Declaration& d, Evaluator& evaluator, const UtteranceSetting& setting)
+      : d_(d), evaluator_(evaluator), setting_(setting) {
+    scope_.file = d.file;
+    scope_.places = setting.places;
+  }
 
   std::optional<UtteranceDraft> run() {
     const OutsideTimes::InClip in(evaluator_.outside(), d_.name);
@@ -66,6 +62,7 @@ class UtteranceLowering {
     for (const Bracket& b : tier_.brackets) bracket(b);
     fire_for_signs();
     for (NodeRef item : d_.node.children()) this->item(item);
+    if (setting_.role_shift) role_shift();
     for (const Sign& s : tier_.signs) {
       clip_.start_ns = std::min(clip_.start_ns, s.start_ns);
       clip_.end_ns = std::max(clip_.end_ns, s.end_ns);
@@ -75,17 +72,51 @@ class UtteranceLowering {
     return UtteranceDraft{std::move(clip_), std::move(tier_), whole_};
   }
 
+  /// `by` blocks: placements as in an utterance, about signs that somebody else signs.
+  std::optional<ClipDraft> run_blocks(const std::vector<NodeRef>& blocks, const ManualTier& tier, const Span& whole) {
+    const OutsideTimes::InClip in(evaluator_.outside(), d_.name);
+    if (!find_lexicon()) return std::nullopt;
+    tier_ = tier;
+    whole_ = whole;
+    in_topic_.assign(tier_.signs.size(), false);
+    for (NodeRef block : blocks)
+      for (NodeRef item : block.children()) this->item(item);
+    mark_markers(clip_, in);
+    finish(clip_, scope_, evaluator_);
+    return std::move(clip_);
+  }
+
  private:
   bool find_lexicon() {
-    const NodeRef in = d_.node.child(NodeKind::in);
-    const NodeRef name = in ? in.child(NodeKind::name) : NodeRef();
-    if (!name) return true;
-    lexicon_ = evaluator_.declarations().find_lexicon(name.text());
-    if (lexicon_ != kUnreachable) return true;
-    std::vector<std::string> known;
-    for (const LexiconDeclaration& l : evaluator_.declarations().lexicons) known.emplace_back(l.declaration.name);
-    evaluator_.report(scope_, name, MissingLexicon{std::string(name.text()), lang::nearest(name.text(), known), ""});
-    return false;
+    const auto found = lexicon_in(d_, scope_, evaluator_);
+    lexicon_ = found.value_or(kUnreachable);
+    return found.has_value();
+  }
+
+  /// The lexicon's role shift over the whole utterance, and the quoted one's face.
+  void role_shift() {
+    Span span = whole_;
+    if (tier_.empty()) {
+      extend(clip_);
+      span = {clip_.start_ns, clip_.end_ns, kUnreachable, kUnreachable};
+    }
+    const NodeRef role = setting_.role_shift.at(0);
+    const std::string label = fmt::format("rs:{}", role.text());
+    clip_.markers.push_back({span.start_ns, label, program::MarkerKind::use_start});
+    clip_.markers.push_back({span.end_ns, label, program::MarkerKind::use_end});
+    auto use = bind_entry(*setting_.role_shift_entry, {}, scope_, evaluator_);
+    if (use) {
+      for (Argument& a : use->scope.arguments) {
+        if (a.quantity.unit != Unit::angle) continue;
+        if (a.name == "speaker") a.quantity.value = setting_.speaker_yaw_deg;
+        if (a.name == "addressee") a.quantity.value = setting_.addressee_yaw_deg;
+      }
+      schedule_entry(clip_, *setting_.role_shift_entry, use->scope, span, {}, use->intensity,
+                     tier_.empty() ? nullptr : &tier_, evaluator_, role);
+    }
+    whole_ = span;
+    quoting_ = true;
+    for (NodeRef item : setting_.role_shift.children()) this->item(item);
   }
 
   void read_properties() {
@@ -338,14 +369,15 @@ class UtteranceLowering {
       return;
     }
     const bool placed = item.child(NodeKind::over) || item.child(NodeKind::at) || item.child(NodeKind::on);
-    if (!placed && tier_.empty()) {
+    if (!placed && tier_.empty() && !quoting_) {
       evaluator_.report(scope_, item, NoSigns{sum ? std::string(sum.text()) : std::string()});
       return;
     }
     Placed base;
     base.span = whole_;
     base.extent = Extent::natural;
-    base.stated = true;
+    base.stated = !quoting_;
+    if (quoting_) base.layer = Layer::discourse;
     schedule_component(clip_, item, base, 1.0, scope_, context, evaluator_);
   }
 
@@ -370,8 +402,10 @@ class UtteranceLowering {
 
   const Declaration& d_;
   Evaluator& evaluator_;
+  const UtteranceSetting& setting_;
   Scope scope_;
   ClipDraft clip_;
+  bool quoting_ = false;  ///< inside the braces of a role shift: what is placed is the quoted one's face
   std::uint32_t lexicon_ = kUnreachable;
   ManualTier tier_;
   Span whole_;
@@ -379,6 +413,29 @@ class UtteranceLowering {
 };
 
 }  // namespace
+
+std::optional<std::uint32_t> lexicon_in(const Declaration& d, const Scope& scope, Evaluator& evaluator) {
+  const NodeRef in = d.node.child(NodeKind::in);
+  const NodeRef name = in ? in.child(NodeKind::name) : NodeRef();
+  if (!name) return kUnreachable;
+  const std::uint32_t found = evaluator.declarations().find_lexicon(name.text());
+  if (found != kUnreachable) return found;
+  std::vector<std::string> known;
+  for (const LexiconDeclaration& l : evaluator.declarations().lexicons) known.emplace_back(l.declaration.name);
+  evaluator.report(scope, name, MissingLexicon{std::string(name.text()), lang::nearest(name.text(), known), ""});
+  return std::nullopt;
+}
+
+void finish(ClipDraft& clip, const Scope& scope, Evaluator& evaluator) {
+  give_way(clip, evaluator.channels());
+  check_competition(clip, scope, evaluator);
+  extend(clip);
+}
+
+void mark_markers(ClipDraft& clip, const OutsideTimes::InClip& in) {
+  for (const OutsideTimes::Used& mark : in.used())
+    clip.markers.push_back({mark.time_ns, std::string(mark.name), program::MarkerKind::mark});
+}
 
 std::int64_t carrier_ns(const Declaration& entry) {
   // Median lengths of what entries spread over (NCSLGR corpus): content questions 1300 ms, negated phrases 1033 ms,
@@ -416,7 +473,7 @@ std::optional<EntryUse> bind_entry(const Declaration& e, NodeRef call, const Sco
       return std::nullopt;
     }
     intensity = value->quantity.value;
-    inner = Scope{e.file, {}, scope.left_handed};
+    inner = Scope{e.file, {}, scope.left_handed, scope.places};
   } else {
     inner = evaluator.bind(call, false, e.name, params, e.file, scope);
   }
@@ -499,9 +556,18 @@ std::optional<ClipDraft> lower_timeline(const Declaration& d, const Scope& scope
   return clip;
 }
 
-std::optional<UtteranceDraft> lower_utterance(const Declaration& d, Evaluator& evaluator) {
+std::optional<UtteranceDraft> lower_utterance(const Declaration& d, Evaluator& evaluator,
+                                              const UtteranceSetting& setting) {
   if (d.node.has(lang::kFlagError)) return std::nullopt;
-  return UtteranceLowering(d, evaluator).run();
+  return UtteranceLowering(d, evaluator, setting).run();
+}
+
+std::optional<ClipDraft> lower_participant(const Declaration& discourse, const std::vector<NodeRef>& blocks,
+                                           const ManualTier& tier, const Span& whole, const Places& places,
+                                           Evaluator& evaluator) {
+  UtteranceSetting setting;
+  setting.places = &places;
+  return UtteranceLowering(discourse, evaluator, setting).run_blocks(blocks, tier, whole);
 }
 
 std::optional<ClipDraft> lower_entry(const Declaration& d, Evaluator& evaluator) {

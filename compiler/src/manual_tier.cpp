@@ -175,10 +175,13 @@ class TierBuilder {
       return std::nullopt;
     }
     if (it->second.size() == 1) return it->second.front();
+    std::vector<std::uint32_t> found = it->second;
+    constexpr std::size_t kMostCandidates = 10;
+    if (found.size() > kMostCandidates) found.resize(kMostCandidates);
     AmbiguousSign kind{t.sign, {}};
-    for (const std::uint32_t i : it->second) kind.candidates.push_back(fmt::format("index {}", i - first + 1));
+    for (const std::uint32_t i : found) kind.candidates.push_back(fmt::format("index {}", i - first + 1));
     if (lang::Diagnostic* d = report(kind))
-      for (const std::uint32_t i : it->second)
+      for (const std::uint32_t i : found)
         d->labels.push_back({tier_.signs[i].node.tree().source_pointer(), tier_.signs[i].node.range(), "signed here"});
     return std::nullopt;
   }

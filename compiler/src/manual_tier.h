@@ -35,6 +35,7 @@ struct ManualTier {
   std::vector<Sign> signs;
   std::uint32_t dominant_count = 0;  ///< signs [0, dominant_count) are the signing hand's
   std::vector<Bracket> brackets;     ///< outer before inner, in order
+  std::vector<Sign> utterances;      ///< of a discourse: each as one span under its name
 
   [[nodiscard]] bool empty() const { return signs.empty(); }
   /// The signs that the utterance is made of are [0, main_count): the signing hand's, or the other's if it signs alone.

@@ -198,9 +198,24 @@ bool Evaluator::named(NodeRef name, NodeRef call, const Scale& scale, const Scop
         w = w.at(0).at(0);
       if (w && w.is(NodeKind::name) && argument(w.text(), scope) == nullptr) {
         variant = fmt::format("{}_{}", word, w.text());
+        const Place* place = scope.places != nullptr ? scope.places->find(w.text()) : nullptr;
+        // A variant goes before a place: names of places mean nothing to the library. But inside a role shift the
+        // addressee is the quoted one's.
+        const bool quoted = place != nullptr && w.text() == "addressee";
+        if (place != nullptr && (quoted || declarations_.find_movement(variant, scope.file) == nullptr))
+          return towards(name, call, *place, scale, scope, into);
         if (const Declaration* v = declarations_.find_movement(variant, scope.file)) {
           d = v;
           skip_first = true;
+        } else if (d == nullptr && scope.places != nullptr) {
+          report(scope, w,
+                 UnknownName{fmt::format("place in this discourse, and no pose {},", variant), std::string(w.text()),
+                             similar(w.text(), [&] {
+                               std::vector<std::string> names;
+                               for (const Place& p : scope.places->known) names.emplace_back(p.name);
+                               return names;
+                             })});
+          return false;
         } else if (d == nullptr) {
           report(scope, w, UnknownName{"pose, expression or motion", variant, similar(variant, [&] {
                                          return declarations_.movement_names(scope.file);
@@ -225,6 +240,30 @@ bool Evaluator::named(NodeRef name, NodeRef call, const Scale& scale, const Scop
   }
   auto inner = bind(call, skip_first, d->name, d->node.child(NodeKind::params), d->file, scope);
   if (!inner) return false;
+  auto part = declaration(*d, *inner);
+  if (!part) return false;
+  return take(std::move(*part), scale, name, scope, into);
+}
+
+bool Evaluator::towards(NodeRef name, NodeRef call, const Place& place, const Scale& scale, const Scope& scope,
+                        Movement& into) {
+  const std::string wanted = fmt::format("{}_towards", name.text());
+  const Declaration* d = declarations_.find_movement(wanted, scope.file);
+  if (d == nullptr) {
+    report(scope, name, UnknownName{"pose, expression or motion", wanted, similar(wanted, [&] {
+                                      return declarations_.movement_names(scope.file);
+                                    })});
+    return false;
+  }
+  auto inner = bind(call, true, d->name, d->node.child(NodeKind::params), d->file, scope);
+  if (!inner) return false;
+  // Which way the place is, for those of these parameters that the movement has.
+  for (Argument& a : inner->arguments) {
+    if (a.quantity.unit != Unit::angle) continue;
+    if (a.name == "yaw") a.quantity.value = place.yaw_deg;
+    if (a.name == "pitch") a.quantity.value = place.pitch_deg;
+    if (a.name == "addressee") a.quantity.value = scope.places->addressee_yaw_deg;
+  }
   auto part = declaration(*d, *inner);
   if (!part) return false;
   return take(std::move(*part), scale, name, scope, into);
@@ -313,7 +352,7 @@ std::optional<Movement> Evaluator::sum_within(NodeRef node, const Scope& scope) 
 }
 
 std::optional<Movement> Evaluator::declaration(const Declaration& d, const Scope& scope) {
-  const bool cacheable = scope.arguments.empty();
+  const bool cacheable = scope.arguments.empty() && scope.places == nullptr;
   const std::uint64_t key =
       (std::uint64_t{d.file} << 33U) | (std::uint64_t{d.node.index()} << 1U) | (scope.left_handed ? 1U : 0U);
   if (cacheable) {

@@ -17,6 +17,7 @@
 #include "curve.h"
 #include "declarations.h"
 #include "outside_times.h"
+#include "places.h"
 
 namespace nms::compiler {
 
@@ -76,7 +77,8 @@ struct Argument {
 struct Scope {
   std::uint32_t file = 0;
   std::vector<Argument> arguments;
-  bool left_handed = false;  ///< of the signer: dominant( ) and contra( ) follow the hand
+  bool left_handed = false;        ///< of the signer: dominant( ) and contra( ) follow the hand
+  const Places* places = nullptr;  ///< of the discourse, if any: `gaze NAME` goes there
 };
 
 /// Turns sums into movements: names, arguments, units, sides. One for a compilation; keeps what it has worked out.
@@ -149,6 +151,9 @@ class Evaluator {
   [[nodiscard]] bool facs(lang::NodeRef node, const Scale& scale, const Scope& scope, Movement& into);
   [[nodiscard]] bool named(lang::NodeRef name, lang::NodeRef call, const Scale& scale, const Scope& scope,
                            Movement& into);
+  /// `gaze j`: towards a place of the discourse, by the movement `gaze_towards`.
+  [[nodiscard]] bool towards(lang::NodeRef name, lang::NodeRef call, const Place& place, const Scale& scale,
+                             const Scope& scope, Movement& into);
   [[nodiscard]] bool oscillate(lang::NodeRef call, const Scale& scale, const Scope& scope, Movement& into);
   [[nodiscard]] bool take(Movement&& part, const Scale& scale, lang::NodeRef at, const Scope& scope, Movement& into);
   [[nodiscard]] std::optional<Movement> sum_within(lang::NodeRef node, const Scope& scope);

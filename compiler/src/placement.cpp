@@ -14,6 +14,9 @@ using lang::NodeRef;
 
 namespace {
 
+/// Most signs of one name that a message lists.
+constexpr std::size_t kMostCandidates = 10;
+
 std::string seconds(std::int64_t ns) { return fmt::format("{:.6g}s", static_cast<double>(ns) / 1e9); }
 
 /// `else` of a span's end, or one that does not exist.
@@ -54,11 +57,33 @@ std::optional<std::uint32_t> Placer::sign(NodeRef name) {
     return std::nullopt;
   }
   AmbiguousSign kind{std::string(text), {}};
+  if (found.size() > kMostCandidates) found.resize(kMostCandidates);
   for (const std::uint32_t i : found) kind.candidates.push_back(seconds(context_.tier->signs[i].start_ns));
   auto& d = evaluator_.report(scope_, name, kind);
   for (const std::uint32_t i : found)
     d.labels.push_back({d.source, context_.tier->signs[i].node.range(), "signed here"});
   return std::nullopt;
+}
+
+const Sign* Placer::named(NodeRef name) {
+  const std::string_view text = unquoted(name);
+  if (context_.tier != nullptr && !context_.tier->utterances.empty() && !signed_here(text)) {
+    const std::vector<Sign>& all = context_.tier->utterances;
+    std::vector<const Sign*> found;
+    for (const Sign& u : all)
+      if (u.gloss == text) found.push_back(&u);
+    if (found.size() == 1) return found.front();
+    if (!found.empty()) {
+      if (found.size() > kMostCandidates) found.resize(kMostCandidates);
+      AmbiguousSign kind{std::string(text), {}, true};
+      for (const Sign* u : found) kind.candidates.push_back(seconds(u->start_ns));
+      auto& d = evaluator_.report(scope_, name, kind);
+      for (const Sign* u : found) d.labels.push_back({d.source, u->node.range(), "played here"});
+      return nullptr;
+    }
+  }
+  const auto index = sign(name);
+  return index ? &context_.tier->signs[*index] : nullptr;
 }
 
 bool Placer::signed_here(std::string_view gloss) const {
@@ -110,9 +135,9 @@ std::optional<std::int64_t> Placer::point(NodeRef node) {
           have = true;
           break;
         }
-        const auto s = sign(name);
-        if (!s) return std::nullopt;
-        const Sign& at = context_.tier->signs[*s];
+        const Sign* s = named(name);
+        if (s == nullptr) return std::nullopt;
+        const Sign& at = *s;
         time = text.starts_with("start") ? at.start_ns : text.starts_with("stroke") ? at.stroke_end_ns : at.end_ns;
         have = true;
         break;
@@ -177,8 +202,12 @@ std::optional<Span> Placer::own_span(NodeRef node) {
     default: {
       const std::string_view text = what.text();
       if ((text == "clause" || text == "phrase") && !signed_here(text)) return context_.whole;
-      if (const auto s = sign(what)) return of_sign(*s);
-      return std::nullopt;
+      const Sign* s = named(what);
+      if (s == nullptr) return std::nullopt;
+      const std::vector<Sign>& signs = context_.tier->signs;
+      if (s >= signs.data() && s < signs.data() + signs.size())
+        return of_sign(static_cast<std::uint32_t>(s - signs.data()));
+      return Span{s->start_ns, s->end_ns, kUnreachable, kUnreachable};
     }
   }
 }

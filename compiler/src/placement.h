@@ -35,8 +35,10 @@ class Placer {
   /// Nothing: an error, which has been reported.
   [[nodiscard]] std::optional<Span> over(lang::NodeRef over);
   [[nodiscard]] std::optional<std::int64_t> point(lang::NodeRef point);
-  /// The sign that a gloss, an alias or `sign TAG` means; `optional_sign` for a tag nobody carries.
+  /// The sign that a gloss or an alias means.
   [[nodiscard]] std::optional<std::uint32_t> sign(lang::NodeRef name);
+  /// The sign, or in a discourse the utterance, of that name.
+  [[nodiscard]] const Sign* named(lang::NodeRef name);
 
  private:
   enum class End : std::uint8_t { start, end };

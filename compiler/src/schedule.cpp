@@ -244,6 +244,13 @@ const DraftSource* source_at(const ClipDraft& clip, const Curve& curve, std::int
   return knot == nullptr ? nullptr : &clip.sources[knot->source];
 }
 
+void shift_in_time(Contribution& c, std::int64_t by_ns) {
+  for (Curve* curve : {&c.curve, &c.envelope})
+    for (CurveKnot& k : curve->knots) k.time_ns += by_ns;
+  for (std::int64_t* time : {&c.start_ns, &c.end_ns, &c.apex_ns, &c.release_ns, &c.span_start_ns, &c.span_end_ns})
+    *time += by_ns;
+}
+
 Timing Timing::over(const Timing& farther) const {
   Timing t = *this;
   if (!t.onset_ns) t.onset_ns = farther.onset_ns;

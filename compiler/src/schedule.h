@@ -45,6 +45,9 @@ struct Contribution {
   std::uint32_t marker = kUnreachable;  ///< of the pose's channel that its four phase markers show: the first of them
 };
 
+/// Moves all times of a contribution.
+void shift_in_time(Contribution& c, std::int64_t by_ns);
+
 /// Phases and shifts, as far as they are written. The nearest wins: component, then use, then entry, then track.
 struct Timing {
   std::optional<std::int64_t> onset_ns, offset_ns, lead_ns, lag_ns;

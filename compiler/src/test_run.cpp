@@ -385,10 +385,9 @@ class ExpectReader {
   std::optional<std::int64_t> edge(Placer& placer, NodeRef node, bool start) {
     if (!node) return std::nullopt;
     if (node.is(NodeKind::point)) return placer.point(node);
-    const auto sign = placer.sign(node);
-    if (!sign) return std::nullopt;
-    const Sign& s = subject_->tier.signs[*sign];
-    return start ? s.start_ns : s.end_ns;
+    const Sign* sign = placer.named(node);
+    if (sign == nullptr) return std::nullopt;
+    return start ? sign->start_ns : sign->end_ns;
   }
 
   Evaluator& evaluator_;
@@ -455,30 +454,14 @@ Expectation judge(NodeRef node, const Wanted& w, TestSubject& subject, const Cha
 }
 
 std::string_view kind_of(const Declaration& d) {
-  return d.node.is(NodeKind::utterance) ? "an utterance" : d.node.is(NodeKind::timeline) ? "a timeline" : "a clip";
+  return d.node.is(NodeKind::utterance) ? "an utterance" : d.node.is(NodeKind::timeline) ? "a timeline" : "a discourse";
 }
 
 }  // namespace
 
-TestRun::TestRun(Evaluator& evaluator) : evaluator_(evaluator) {
-  for (const Declaration& d : evaluator.declarations().clips) clips_[d.name].push_back(&d);
-}
+TestRun::TestRun(Evaluator& evaluator, Discourses& discourses) : evaluator_(evaluator), discourses_(discourses) {}
 
 TestRun::~TestRun() = default;
-
-const Declaration* TestRun::find_clip(std::string_view name, std::uint32_t file) const {
-  const auto it = clips_.find(name);
-  if (it == clips_.end()) return nullptr;
-  const Declaration* best = nullptr;
-  std::uint32_t nearest = kUnreachable;
-  for (const Declaration* d : it->second) {
-    const std::uint32_t distance = evaluator_.files()[file].distance[d->file];
-    if (distance >= nearest) continue;
-    nearest = distance;
-    best = d;
-  }
-  return best;
-}
 
 const Declaration* TestRun::find_entry(std::string_view name, std::uint32_t file) const {
   const Declarations& all = evaluator_.declarations();
@@ -502,10 +485,6 @@ TestRun::Subject TestRun::play_clip(const Declaration& d, NodeRef play, NodeRef 
                                 "an entry, a pose, an expression or a motion", "leave `for` out"});
     return nullptr;
   }
-  if (d.node.is(NodeKind::discourse)) {
-    evaluator_.report(scope, play.at(0), NotCompiled{"a discourse"});
-    return nullptr;
-  }
   const bool plain = !play.child(NodeKind::argument);
   if (plain) {
     const auto known = played_.find(&d);
@@ -523,13 +502,23 @@ TestRun::Subject TestRun::play_clip(const Declaration& d, NodeRef play, NodeRef 
       const auto length = stated ? lang::read_quantity(stated.text()) : std::nullopt;
       subject->whole = {0, length ? length->nanoseconds : subject->clip.end_ns, kUnreachable, kUnreachable};
     }
+  } else if (d.node.is(NodeKind::discourse) && plain) {
+    auto discourse = discourses_.lower(d);
+    if (discourse) {
+      subject->tier = std::move(discourse->tier);
+      subject->whole = discourse->whole;
+      clip = std::move(discourse->clip);
+      subject->clip = std::move(*clip);
+    }
   } else {
     if (!plain) {
       const NodeRef a = play.child(NodeKind::argument);
       evaluator_.report(scope, a, UnexpectedArgument{std::string(d.name), std::string(a.text()), {}});
       return nullptr;
     }
-    auto utterance = lower_utterance(d, evaluator_);
+    UtteranceSetting setting;
+    setting.places = discourses_.places_of(d);
+    auto utterance = lower_utterance(d, evaluator_, setting);
     if (utterance) {
       subject->tier = std::move(utterance->tier);
       subject->whole = utterance->whole;
@@ -613,7 +602,8 @@ TestRun::Subject TestRun::play(NodeRef play, std::uint32_t file) {
     length_ns = q->nanoseconds;
   }
   // As clips go by their names: an expression before an entry, an entry before the pose or motion that it hides.
-  if (const Declaration* d = find_clip(name.text(), file)) return play_clip(*d, play, duration, scope);
+  if (const Declaration* d = evaluator_.declarations().find_clip(name.text(), file))
+    return play_clip(*d, play, duration, scope);
   const Declaration* movement = evaluator_.declarations().find_movement(name.text(), file);
   if (movement != nullptr && movement->node.is(NodeKind::expression))
     return play_movement(*movement, play, length_ns, scope);

@@ -7,6 +7,7 @@
 
 #include <nms/compiler/test.h>
 
+#include "lower_discourse.h"
 #include "movement.h"
 
 namespace nms::compiler {
@@ -17,7 +18,7 @@ struct TestSubject;
 /// Checks `test` declarations, and runs them. One for a compilation.
 class TestRun {
  public:
-  explicit TestRun(Evaluator& evaluator);
+  TestRun(Evaluator& evaluator, Discourses& discourses);
   ~TestRun();
   TestRun(const TestRun&) = delete;
   TestRun& operator=(const TestRun&) = delete;
@@ -36,12 +37,11 @@ class TestRun {
                                    const Scope& scope);
   [[nodiscard]] Subject play_movement(const Declaration& d, lang::NodeRef play, std::int64_t length_ns,
                                       const Scope& scope);
-  [[nodiscard]] const Declaration* find_clip(std::string_view name, std::uint32_t file) const;
   [[nodiscard]] const Declaration* find_entry(std::string_view name, std::uint32_t file) const;
   void expect(lang::NodeRef expect, const Subject& subject, const Scope& scope, TestResult* result);
 
   Evaluator& evaluator_;
-  std::unordered_map<std::string_view, std::vector<const Declaration*>> clips_;
+  Discourses& discourses_;
   std::unordered_map<const Declaration*, Subject> played_;  ///< clips without arguments: played once for all tests
 };
 

@@ -329,7 +329,7 @@ TEST(check, refuses_every_broken_table_by_its_place) {
       {"plays[9]", [](Draft& d) { d.plays[9] = 7; }},
       {"markers[1]", [](Draft& d) { d.markers[1].time_ns = -1'000'000'000; }},
       {"markers[1]", [&](Draft& d) { d.markers[1].name = kBadString; }},
-      {"markers[1]", [](Draft& d) { d.markers[1].kind = static_cast<MarkerKind>(10); }},
+      {"markers[1]", [](Draft& d) { d.markers[1].kind = static_cast<MarkerKind>(12); }},
       {"markers[1]", [](Draft& d) { d.markers[1].zero[1] = 8; }},
       {"knot_sources[0]", [](Draft& d) { d.knot_sources.pop_back(); }},
       {"knot_sources[1]", [](Draft& d) { d.knot_sources[1] = 5; }},

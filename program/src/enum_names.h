@@ -41,8 +41,9 @@ struct EnumNames<ClipKind> {
 };
 template <>
 struct EnumNames<MarkerKind> {
-  static constexpr std::array<std::string_view, 10> kNames{"mark", "sign_start", "stroke_end", "sign_end",  "onset",
-                                                           "apex", "offset",     "release",    "use_start", "use_end"};
+  static constexpr std::array<std::string_view, 12> kNames{
+      "mark",   "sign_start", "stroke_end", "sign_end", "onset",           "apex",
+      "offset", "release",    "use_start",  "use_end",  "utterance_start", "utterance_end"};
 };
 template <>
 struct EnumNames<MuscleKind> {

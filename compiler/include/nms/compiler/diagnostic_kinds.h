@@ -154,6 +154,7 @@ struct AmbiguousSign {
   NMS_KIND(ambiguous_sign, error);
   std::string name;
   std::vector<std::string> candidates;
+  bool utterance = false;  ///< of a discourse, and no sign
 };
 struct SpanBackwards {
   NMS_KIND(span_backwards, error);

@@ -122,6 +122,8 @@ enum class MarkerKind : std::uint8_t {
   release,
   use_start,  ///< of an entry over a span of an utterance, without its leads and lags
   use_end,
+  utterance_start,  ///< of one utterance of a discourse: its first sign
+  utterance_end,
 };
 
 /// A named moment of a clip; a clip's markers ascend in time.
