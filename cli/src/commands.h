@@ -35,6 +35,15 @@ int check(const GlobalOptions& global, const std::vector<std::string>& files);
 
 int compile(const GlobalOptions& global, const std::vector<std::string>& files, const std::string& output);
 
+struct DiffOptions {
+  std::string before;
+  std::string after;
+  std::string old_stdlib;  ///< the standard library of `before`; empty: the same as of `after`
+  bool json = false;
+};
+/// What changed in meaning. 0: nothing, 1: something, 2: one of the two could not be read.
+int diff(const GlobalOptions& global, const DiffOptions& options);
+
 int dump(const GlobalOptions& global, const std::string& file);
 
 struct ExplainCommandOptions {

@@ -108,6 +108,20 @@ int main(int argc, char** argv) try {
   compile_command->add_option("-o,--output", output, "The .auc to write")->required()->type_name("OUT.auc");
   compile_command->callback([&] { chosen = [&] { return compile(global, files, output); }; });
 
+  DiffOptions diff_options;
+  CLI::App* diff_command = app.add_subcommand("diff", "Say what changed in meaning between two versions");
+  diff_command->add_option("OLD", diff_options.before, "A source, a folder of sources, or a compiled .auc")->required();
+  diff_command->add_option("NEW", diff_options.after, "The same, later")->required();
+  diff_command->add_option("--old-stdlib", diff_options.old_stdlib, "The standard library that OLD was written for")
+      ->check(CLI::ExistingDirectory)
+      ->type_name("DIR");
+  add_format(diff_command, diff_options.json);
+  diff_command->footer(
+      "\nReformatting, comments and names of components change nothing; values differ by more than 0.1 % or not at "
+      "all,\n"
+      "times by more than 1 ms. Exit: 0 nothing changed, 1 something did, 2 OLD or NEW has errors, or wrong usage.");
+  diff_command->callback([&] { chosen = [&] { return diff(global, diff_options); }; });
+
   CLI::App* dump_command = app.add_subcommand("dump", "Print a program as text");
   dump_command->add_option("FILE", file, "A source or a compiled .auc")->required();
   dump_command->callback([&] { chosen = [&] { return dump(global, file); }; });

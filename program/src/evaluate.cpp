@@ -66,8 +66,12 @@ void evaluate(const Program& program, const Clip& clip, std::int64_t time_ns, st
   assert(values.size() == program.channels.size());
   for (const Curve& curve : program.curves.subspan(clip.first_curve, clip.curve_count)) {
     values[static_cast<std::size_t>(curve.channel)] =
-        curve_value(program, curve, knot_at(program, curve, time_ns), time_ns);
+        evaluate(program, curve, time_ns);
   }
+}
+
+float evaluate(const Program& program, const Curve& curve, std::int64_t time_ns) {
+  return curve_value(program, curve, knot_at(program, curve, time_ns), time_ns);
 }
 
 Player::Player(const Program& program, const Clip& clip)

@@ -15,6 +15,9 @@ namespace nms::program {
 /// Cost O(curves x log knots). No allocation. Safe from many threads.
 void evaluate(const Program& program, const Clip& clip, std::int64_t time_ns, std::span<float> values);
 
+/// The value of one curve. Cost O(log knots).
+[[nodiscard]] float evaluate(const Program& program, const Curve& curve, std::int64_t time_ns);
+
 /// The value of one knot's segment at a time inside it; `next` is the knot after it.
 [[nodiscard]] float segment_value(const Program& program, const Knot& knot, const Knot& next, std::int64_t time_ns);
 
