@@ -10,6 +10,7 @@
 #include <nms/program/evaluate.h>
 
 #include "commands.h"
+#include "diagnostic_pages.h"
 #include "explanation.h"
 #include "loading.h"
 #include "report.h"
@@ -95,12 +96,49 @@ void run(const GlobalOptions& global, const ExplainCommandOptions& options, Sour
   std::fwrite(out.data(), 1, out.size(), stdout);
 }
 
+void list_kinds() {
+  std::string out =
+      "Kinds of diagnostics; nmsc explain KIND says what one means, with a wrong and a right example.\n\n";
+  constexpr std::size_t kColumns = 96;
+  for (const DiagnosticPage& page : diagnostic_pages()) {
+    std::string said = page.group().empty() ? page.summary() : fmt::format("[{}] {}", page.group(), page.summary());
+    if (said.size() > kColumns) said = said.substr(0, said.rfind(' ', kColumns)) + " ...";
+    out += fmt::format("  {:<20} {}\n", page.kind, said);
+  }
+  out += "\n[GROUP] marks a warning: --deny GROUP makes an error of it, --allow GROUP leaves it out.\n";
+  std::fwrite(out.data(), 1, out.size(), stdout);
+}
+
+void explain_kind(const std::string& kind, lang::Diagnostics& diagnostics) {
+  if (const DiagnosticPage* page = find_diagnostic_page(kind)) {
+    const std::string out = page_text(*page, ::isatty(STDOUT_FILENO) != 0 && std::getenv("NO_COLOR") == nullptr);
+    std::fwrite(out.data(), 1, out.size(), stdout);
+    return;
+  }
+  if (kind.ends_with(".nms") || kind.ends_with(".auc")) {
+    add_failure(diagnostics, {"no_moment", kind, "nothing says of which clip, at which time",
+                              fmt::format("nmsc explain {} --clip NAME --at T", kind)});
+    return;
+  }
+  std::vector<std::string> kinds;
+  for (const DiagnosticPage& page : diagnostic_pages()) kinds.emplace_back(page.kind);
+  const auto close = lang::nearest(kind, kinds);
+  add_failure(diagnostics, {"unknown_kind", kind, "there is no diagnostic of that kind",
+                            close.empty() ? std::string("nmsc explain lists the kinds there are")
+                                          : fmt::format("did you mean {}?", close.front())});
+}
+
 }  // namespace
 
 int explain(const GlobalOptions& global, const ExplainCommandOptions& options) {
   SourceFiles sources(global.stdlib);
   lang::Diagnostics diagnostics;
-  run(global, options, sources, diagnostics);
+  if (options.clip.empty() && options.file.empty())
+    list_kinds();
+  else if (options.clip.empty())
+    explain_kind(options.file, diagnostics);
+  else
+    run(global, options, sources, diagnostics);
   return finish(global, diagnostics);
 }
 

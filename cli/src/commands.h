@@ -47,13 +47,14 @@ int diff(const GlobalOptions& global, const DiffOptions& options);
 int dump(const GlobalOptions& global, const std::string& file);
 
 struct ExplainCommandOptions {
-  std::string file;
-  std::string clip;
+  std::string file;  ///< or a kind of diagnostic
+  std::string clip;  ///< empty: a kind is asked for
   std::string time;
   std::string channel;  ///< empty: all that are not at rest
   bool json = false;
 };
-/// Why a channel is what it is: every cause of its value, and how they were merged.
+/// A page of the diagnostic kind `options.file`, or the list of all kinds if that is empty; with a clip, why a channel
+/// is what it is: every cause of its value, and how they were merged.
 int explain(const GlobalOptions& global, const ExplainCommandOptions& options);
 
 int format(const GlobalOptions& global, const std::vector<std::string>& files, bool check_only);

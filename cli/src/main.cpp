@@ -131,18 +131,27 @@ int main(int argc, char** argv) try {
   check_command->callback([&] { chosen = [&] { return check(global, files); }; });
 
   ExplainCommandOptions explain_options;
-  CLI::App* explain_command = app.add_subcommand("explain", "Say why action units are what they are at a time");
-  explain_command->add_option("FILE", explain_options.file, "A source")->required();
-  explain_command->add_option("--clip", explain_options.clip, "The clip")->required()->type_name("NAME");
-  explain_command->add_option("--at", explain_options.time, "The time: seconds, or with a unit")
-      ->required()
+  CLI::App* explain_command =
+      app.add_subcommand("explain", "Say what a kind of diagnostic means, or why action units are what they are");
+  explain_command->add_option("KIND|FILE", explain_options.file,
+                              "A kind of diagnostic, or a source; without either, all kinds are listed");
+  CLI::Option* explain_clip =
+      explain_command->add_option("--clip", explain_options.clip, "Of a source: the clip")->type_name("NAME");
+  explain_command->add_option("--at", explain_options.time, "Of a source: the time, in seconds or with a unit")
+      ->needs(explain_clip)
       ->type_name("T");
   explain_command
       ->add_option("--channel", explain_options.channel,
                    "AU4, AU4L, an axis (head_yaw) or a track (brows); without it, all that are not at rest")
       ->type_name("NAME");
   add_format(explain_command, explain_options.json);
-  explain_command->callback([&] { chosen = [&] { return explain(global, explain_options); }; });
+  explain_command->footer(
+      "\nExamples: nmsc explain phases_shrunk\n"
+      "          nmsc explain question.nms --clip where_is_the_book --at 0.6 --channel AU4");
+  explain_command->callback([&] {
+    if (explain_options.time.empty() && !explain_options.clip.empty()) throw CLI::RequiredError("--at");
+    chosen = [&] { return explain(global, explain_options); };
+  });
 
   bool check_only = false;
   CLI::App* fmt_command = app.add_subcommand("fmt", "Rewrite sources in canonical form");
