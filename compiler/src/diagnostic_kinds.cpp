@@ -133,6 +133,12 @@ Description MissingDuration::describe() const {
 Description UnknownSign::describe() const {
   Description d{fmt::format("{} is not signed in this utterance", name), {}, {{"name", name}}};
   offer(d, nearest);
+  constexpr std::size_t kShown = 8;
+  if (nearest.empty() && !known.empty()) {
+    const auto shown = static_cast<std::ptrdiff_t>(std::min(kShown, known.size()));
+    d.helps.push_back(fmt::format("there is {}{}", joined({known.begin(), known.begin() + shown}),
+                                  known.size() > kShown ? ", ..." : ""));
+  }
   return d;
 }
 

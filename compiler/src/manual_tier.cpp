@@ -156,22 +156,21 @@ class TierBuilder {
     const auto nth = [](std::uint32_t n) { return fmt::format("sign {}", n); };
     if (t.index != 0) {
       if (t.index > size - first) {
-        report(UnknownSign{fmt::format("{} of {}", nth(t.index), size - first), {}});
+        report(UnknownSign{fmt::format("{} of {}", nth(t.index), size - first), {}, {}});
         return std::nullopt;
       }
       const std::uint32_t i = first + t.index - 1;
       const Sign& s = tier_.signs[i];
       if (t.sign.empty() || t.sign == s.gloss || t.sign == s.alias) return i;
-      report(UnknownSign{fmt::format("{}, as {},", t.sign, nth(t.index)), {std::string(s.gloss)}});
+      report(UnknownSign{fmt::format("{}, as {},", t.sign, nth(t.index)), {std::string(s.gloss)}, {}});
       return std::nullopt;
     }
     const auto it = named.find(t.sign);
     if (it == named.end()) {
-      report(UnknownSign{t.sign, evaluator_.similar(t.sign, [&] {
-                           std::vector<std::string> names;
-                           for (std::uint32_t i = first; i < size; ++i) names.emplace_back(tier_.signs[i].gloss);
-                           return names;
-                         })});
+      std::vector<std::string> names;
+      for (std::uint32_t i = first; i < size; ++i) names.emplace_back(tier_.signs[i].gloss);
+      auto nearest = evaluator_.similar(t.sign, [&] { return names; });
+      report(UnknownSign{t.sign, std::move(nearest), std::move(names)});
       return std::nullopt;
     }
     if (it->second.size() == 1) return it->second.front();

@@ -53,7 +53,8 @@ std::optional<std::uint32_t> Placer::sign(NodeRef name) {
       names.emplace_back(s.gloss);
       if (!s.alias.empty()) names.emplace_back(s.alias);
     }
-    evaluator_.report(scope_, name, UnknownSign{std::string(text), lang::nearest(text, names)});
+    auto nearest = lang::nearest(text, names);
+    evaluator_.report(scope_, name, UnknownSign{std::string(text), std::move(nearest), std::move(names)});
     return std::nullopt;
   }
   AmbiguousSign kind{std::string(text), {}};
@@ -176,7 +177,12 @@ std::optional<Span> Placer::own_span(NodeRef node) {
       const NodeRef tag = what.at(0);
       if (const auto s = tagged(tag.text())) return of_sign(*s);
       if (const NodeRef other = alternative(node)) return own_span(other);
-      evaluator_.report(scope_, what, UnknownSign{fmt::format("a sign with the tag {{{}}}", tag.text()), {}});
+      std::vector<std::string> tags;
+      if (context_.tier != nullptr)
+        for (const Sign& s : context_.tier->signs)
+          if (!s.tag.empty()) tags.push_back(fmt::format("{}{{{}}}", s.gloss, s.tag));
+      evaluator_.report(scope_, what,
+                        UnknownSign{fmt::format("a sign with the tag {{{}}}", tag.text()), {}, std::move(tags)});
       return std::nullopt;
     }
     case NodeKind::edge_sign: {

@@ -1,5 +1,10 @@
 #include "lexer.h"
 
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+
 #include <gtest/gtest.h>
 
 namespace nms::lang {
@@ -61,6 +66,21 @@ TEST(Lexer, gathers_comments) {
   ASSERT_EQ(comments.size(), 2U);
   EXPECT_TRUE(comments[0].own_line);
   EXPECT_FALSE(comments[1].own_line);
+}
+
+/// All kinds of tokens in the golden files, as lexed in normal mode.
+TEST(Lexer, every_token_kind_occurs_in_a_golden_file) {
+  std::set<Tok> seen;
+  for (const auto& e :
+       std::filesystem::directory_iterator(std::filesystem::path(NMS_SOURCE_DIR) / "tests/golden/lang")) {
+    if (e.path().extension() != ".nms") continue;
+    std::ifstream file(e.path(), std::ios::binary);
+    std::stringstream text;
+    text << file.rdbuf();
+    for (const Token& t : tokens(text.str())) seen.insert(t.kind);
+  }
+  for (int kind = 0; kind <= static_cast<int>(Tok::invalid); ++kind)
+    EXPECT_TRUE(seen.count(static_cast<Tok>(kind))) << "no file of tests/golden/lang has a token of kind " << kind;
 }
 
 TEST(Lexer, every_byte_is_in_some_token) {

@@ -149,6 +149,7 @@ struct UnknownSign {
   NMS_KIND(unknown_sign, error);
   std::string name;
   std::vector<std::string> nearest;
+  std::vector<std::string> known;  ///< what could stand there, for when nothing is near
 };
 struct AmbiguousSign {
   NMS_KIND(ambiguous_sign, error);
