@@ -1,6 +1,7 @@
 #include "competition.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <set>
 #include <tuple>
@@ -44,7 +45,8 @@ class PosesInOrder {
 
   /// The next pose of a channel in a layer whose span begins at or after a time. Null: there is none.
   const Contribution* next(std::uint32_t channel, Layer layer, bool stated, std::int64_t time_ns) const {
-    const std::tuple wanted(channel, layer, stated, time_ns);
+    constexpr std::int64_t kFirst = std::numeric_limits<std::int64_t>::min();
+    const std::tuple wanted(channel, layer, stated, time_ns, kFirst, kFirst);
     const auto it = std::lower_bound(order_.begin(), order_.end(), wanted,
                                      [&](std::uint32_t i, const auto& w) { return key(clip_.contributions[i]) < w; });
     if (it == order_.end()) return nullptr;
@@ -53,8 +55,8 @@ class PosesInOrder {
   }
 
  private:
-  std::tuple<std::uint32_t, Layer, bool, std::int64_t> key(const Contribution& c) const {
-    return {c.channel, c.layer, c.stated, clip_.causes[c.cause].span.start_ns};
+  std::tuple<std::uint32_t, Layer, bool, std::int64_t, std::int64_t, std::int64_t> key(const Contribution& c) const {
+    return {c.channel, c.layer, c.stated, clip_.causes[c.cause].span.start_ns, c.start_ns, c.apex_ns};
   }
   const ClipDraft& clip_;
   std::vector<std::uint32_t> order_;
