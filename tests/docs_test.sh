@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # docs_test.sh NMSC ROOT: runs `nmsc check` on every ```nms block of README.md and docs/*.md.
-# A block opened with ```nms fail must be refused, with exit code 1.
+# A block opened with ```nms fail must be refused, with exit code 1. Tests in the other blocks must pass.
 #
 # A page may also be a session: a block opened with a language and a file's name is that file, in a folder that the page
 # has to itself; ```sh run [CODE] is run there, and must exit with CODE, else 0; ```text output is what the run before it
@@ -29,11 +29,12 @@ for page in "$root"/README.md "$root"/docs/*.md "$root"/docs/decisions/*.md; do
   for block in "$dir"/*.nms; do
     count=$((count + 1))
     status=0
-    "$nmsc" check "$block" >"$dir/log" 2>&1 || status=$?
     case $block in
-      *_fail.nms) want=1 ;;
-      *) want=0 ;;
+      *_fail.nms) want=1 command=check ;;
+      *) want=0 command=check
+        if grep -q '^test "' "$block"; then command=test; fi ;;
     esac
+    "$nmsc" "$command" "$block" >"$dir/log" 2>&1 || status=$?
     if [[ $status -ne $want ]]; then
       failed=$((failed + 1))
       line=$(basename "$block" .nms)

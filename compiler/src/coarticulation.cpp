@@ -58,7 +58,7 @@ void end_held(std::vector<const Contribution*>& all, std::deque<Contribution>& m
           if (curve->knots.empty()) continue;
           const std::uint32_t source = curve->knots.back().source;
           ease_to(*curve, from, curve->knots.back().value, Easing::smooth, source);
-          ease_to(*curve, to, 0.0, next->easing, source);
+          ease_to(*curve, to, 0.0, curve == &going.envelope ? settled(next->easing) : next->easing, source);
         }
         going.release_ns = from;
         going.end_ns = to;
@@ -103,7 +103,7 @@ void coarticulate(std::vector<const Contribution*>& group, program::MergeOperato
     }
     if (observer != nullptr) observer->joined(*c, *joint);
     go_on_with(joint->curve, last->release_ns, c->curve, c->apex_ns, c->easing);
-    go_on_with(joint->envelope, last->release_ns, c->envelope, c->apex_ns, c->easing);
+    go_on_with(joint->envelope, last->release_ns, c->envelope, c->apex_ns, settled(c->easing));
     joint->end_ns = c->end_ns;
     joint->release_ns = c->release_ns;
     joint->held = c->held;

@@ -71,7 +71,9 @@ struct LetGo {
 void let_go(Contribution& c, const LetGo& times, ClipDraft& clip) {
   for (Curve* curve : {&c.curve, &c.envelope}) {
     *curve = until(*curve, times.release_ns);
-    if (!curve->empty()) ease_to(*curve, times.end_ns, 0.0, c.easing, curve->knots.back().source);
+    if (!curve->empty())
+      ease_to(*curve, times.end_ns, 0.0, curve == &c.envelope ? settled(c.easing) : c.easing,
+              curve->knots.back().source);
   }
   c.release_ns = times.release_ns;
   c.end_ns = times.end_ns;

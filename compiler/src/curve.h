@@ -29,7 +29,10 @@ struct Curve {
 };
 
 /// The easings of the language, by name.
-enum class Easing : std::uint8_t { smooth, linear, cosine, step };
+enum class Easing : std::uint8_t { smooth, linear, cosine, step, spring };
+
+/// The easing of an envelope: how far a thing has come does not swing past its end.
+[[nodiscard]] constexpr Easing settled(Easing easing) { return easing == Easing::spring ? Easing::smooth : easing; }
 
 /// Appends the way from the curve's last knot to (time, value) by an easing. A curve without knots starts there.
 /// Source: of the segment, kept on the knot that starts it.

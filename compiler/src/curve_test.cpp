@@ -1,6 +1,7 @@
 #include "curve.h"
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <vector>
 
@@ -27,6 +28,13 @@ class Random {
   std::mt19937_64 engine_;  // its sequence is fixed by the standard; the distributions are not
 };
 
+/// The damped spring of the table in curve.cpp, by the library's own functions.
+double spring(double u) {
+  const double d = 3.0 * 3.14159265358979323846;
+  const auto x = [d](double v) { return 1.0 - std::exp(-0.75 * d * v) * (std::cos(d * v) + 0.75 * std::sin(d * v)); };
+  return x(u) / x(1.0);
+}
+
 /// A curve with every easing, with jumps, and with cubics that leave the range of their ends.
 Curve random_curve(Random& random, double low, double high) {
   std::vector<std::int64_t> times;
@@ -38,7 +46,7 @@ Curve random_curve(Random& random, double low, double high) {
   Curve c;
   for (const std::int64_t t : times) {
     const double value = random.below(4) == 0 && !c.empty() ? c.knots.back().value : random.real(low, high);
-    ease_to(c, t, value, static_cast<Easing>(random.below(4)), 7);
+    ease_to(c, t, value, static_cast<Easing>(random.below(5)), 7);
   }
   return c;
 }
@@ -158,7 +166,8 @@ TEST(Curve, products_are_within_their_bound) {
 TEST(Curve, what_merges_stays_within_the_range) {
   Random random(6);
   for (int i = 0; i < 300; ++i) {
-    const Curve a = random_curve(random, 0, 1), b = random_curve(random, 0, 1);
+    // Layers are held within the range before they meet; a spring alone may leave it.
+    const Curve a = clamped(random_curve(random, 0, 1), 0, 1), b = clamped(random_curve(random, 0, 1), 0, 1);
     for (const Curve& c : {maximum(a, b), clamped(add(a, b), 0, 1), either(a, b)})
       for (const std::int64_t t : samples({&c})) {
         ASSERT_GE(c.value(t), -kFitTolerance);
@@ -196,6 +205,40 @@ TEST(Curve, a_curve_without_knots_is_nothing_to_every_operator) {
   for (const Curve& c : {add(a, {}), add({}, a), maximum(a, {}), maximum({}, a), either(a, {}), either({}, a)})
     for (const std::int64_t t : samples({&a})) ASSERT_EQ(c.value(t), a.value(t));
   EXPECT_TRUE(clamped({}, 0, 1).empty());
+}
+
+TEST(Easing, a_spring_swings_past_its_end_once_and_rests_at_it_exactly) {
+  for (const double from : {0.0, 0.7})
+    for (const double to : {0.0, 0.3, 1.0}) {
+      Curve c;
+      ease_to(c, 1000, from, Easing::spring, 7);
+      ease_to(c, kEnd, to, Easing::spring, 7);
+      EXPECT_EQ(c.knots.front().time_ns, 1000);
+      EXPECT_EQ(c.knots.back().time_ns, kEnd);
+      EXPECT_EQ(c.knots.back().value, to);
+      EXPECT_EQ(c.knots[c.knots.size() - 2].b2, to) << "at rest";
+      double farthest = 0.0;
+      for (int i = 0; i <= 3000; ++i) {
+        const double u = i / 3000.0;
+        const double got = c.value(1000 + static_cast<std::int64_t>(u * static_cast<double>(kEnd - 1000)));
+        EXPECT_NEAR(got, from + (to - from) * spring(u), 2.5e-4) << u;
+        if (to != from) farthest = std::max(farthest, (got - from) / (to - from));
+      }
+      if (to != from) {
+        EXPECT_NEAR(farthest, 1.0938, 1e-4);
+      }
+    }
+}
+
+TEST(Easing, a_spring_of_few_nanoseconds_is_in_order) {
+  for (std::int64_t length = 1; length < 60; ++length) {
+    Curve c;
+    ease_to(c, 0, 0.0, Easing::spring, 7);
+    ease_to(c, length, 1.0, Easing::spring, 7);
+    expect_well_formed(c);
+    EXPECT_EQ(c.knots.back().time_ns, length);
+    EXPECT_EQ(c.knots.back().value, 1.0);
+  }
 }
 
 }  // namespace

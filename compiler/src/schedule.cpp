@@ -91,7 +91,7 @@ void place_pose(ClipDraft& clip, const Pose& pose, const Placed& placed, const S
     const Easing easing = t.easing.value_or(Easing::smooth);
     if (t.held) offset = 0;
     c.curve = trapezoid(begin, begin + onset, release, release + offset, a.value, easing, source, t.held);
-    c.envelope = trapezoid(begin, begin + onset, release, release + offset, 1.0, easing, source, t.held);
+    c.envelope = trapezoid(begin, begin + onset, release, release + offset, 1.0, settled(easing), source, t.held);
     c.apex_ns = begin + onset;
     c.release_ns = release;
     c.easing = easing;

@@ -101,10 +101,8 @@ std::optional<Easing> Evaluator::easing(NodeRef value, const Scope& scope) {
   if (word == "linear") return Easing::linear;
   if (word == "cosine") return Easing::cosine;
   if (word == "step") return Easing::step;
-  if (word == "spring")
-    report(scope, value, NotCompiled{"spring easing"});
-  else if (value)
-    report(scope, value, BadProperty{"easing", std::string(word), "smooth, linear, cosine or step"});
+  if (word == "spring") return Easing::spring;
+  if (value) report(scope, value, BadProperty{"easing", std::string(word), "smooth, linear, cosine, step or spring"});
   return std::nullopt;
 }
 
