@@ -224,18 +224,19 @@ class Competition {
       double most = 0.0;
       std::vector<std::uint32_t> causes;
     };
-    std::map<std::string_view, Class> all;
+    std::map<std::pair<std::uint32_t, std::string_view>, Class> all;  // of one utterance
     for (std::uint32_t i = 0; i < clip_.causes.size(); ++i) {
       if (clip_.causes[i].entry == nullptr) continue;
       for (NodeRef p : clip_.causes[i].entry->node.children()) {
         if (!is_property(p) || p.at(0).text() != "competes" || !p.at(1)) continue;
-        Class& c = all[p.at(1).text()];
+        Class& c = all[{clip_.causes[i].utterance, p.at(1).text()}];
         c.causes.push_back(i);
         const auto most = p.at(2) ? lang::read_quantity(p.at(2).text()) : std::nullopt;
         if (most) c.most = most->value;
       }
     }
-    for (auto& [name, c] : all) {
+    for (auto& [where, c] : all) {
+      const std::string_view name = where.second;
       std::stable_sort(c.causes.begin(), c.causes.end(), [&](std::uint32_t a, std::uint32_t b) {
         return clip_.causes[a].span.start_ns < clip_.causes[b].span.start_ns;
       });
@@ -262,10 +263,10 @@ class Competition {
 
   /// `before topic`: wherever both are, this one is the first.
   void order() {
-    std::map<std::string_view, const DraftCause*> earliest;
+    std::map<std::pair<std::uint32_t, std::string_view>, const DraftCause*> earliest;
     for (const DraftCause& c : clip_.causes) {
       if (c.entry == nullptr) continue;
-      const DraftCause*& first = earliest[c.entry->name];
+      const DraftCause*& first = earliest[{c.utterance, c.entry->name}];
       if (first == nullptr || c.span.start_ns < first->span.start_ns) first = &c;
     }
     for (const DraftCause& c : clip_.causes) {
@@ -273,7 +274,7 @@ class Competition {
       for (NodeRef p : c.entry->node.children()) {
         if (!is_property(p) || p.at(0).text() != "before") continue;
         for (std::uint32_t v = 1; p.at(v); ++v) {
-          const auto it = earliest.find(p.at(v).text());
+          const auto it = earliest.find({c.utterance, p.at(v).text()});
           if (it == earliest.end() || it->second == &c || it->second->span.start_ns >= c.span.start_ns) continue;
           report(*it->second, c, OutOfOrder{std::string(c.name), std::string(it->second->name)}, "this stands first");
         }

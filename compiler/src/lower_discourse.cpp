@@ -351,8 +351,18 @@ class DiscourseLowering {
     const auto base = static_cast<std::uint32_t>(out_.clip.sources.size());
     const auto count = static_cast<std::uint32_t>(part.sources.size());
     out_.clip.sources.insert(out_.clip.sources.end(), part.sources.begin(), part.sources.end());
+    const auto first_cause = static_cast<std::uint32_t>(out_.clip.causes.size());
+    const auto first_marker = static_cast<std::uint32_t>(out_.clip.markers.size());
+    for (DraftCause cause : part.causes) {
+      cause.span.start_ns += by;
+      cause.span.end_ns += by;
+      cause.utterance = static_cast<std::uint32_t>(played_.size());
+      out_.clip.causes.push_back(cause);
+    }
     for (Contribution& c : part.contributions) {
       shift_in_time(c, by);
+      if (c.cause != kUnreachable) c.cause += first_cause;
+      if (c.marker != kUnreachable) c.marker += first_marker;
       for (Curve* curve : {&c.curve, &c.envelope})
         for (CurveKnot& k : curve->knots)
           if (k.source < count) k.source += base;

@@ -21,6 +21,7 @@ struct DraftCause {
   lang::NodeRef node;                  ///< where it is used or placed, for messages
   Span span;                           ///< what it is over, without lead and lag
   const Declaration* entry = nullptr;  ///< none of a placement
+  std::uint32_t utterance = 0;         ///< which of a discourse's it stands in
 };
 
 /// One cause's movement of one channel: its curve in the clip's time.
