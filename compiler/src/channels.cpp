@@ -226,7 +226,7 @@ class Builder {
         const program::Side own = unit.sided ? side : program::Side::none;
         const std::uint32_t channel = unit.channel + (own == program::Side::right ? 1U : 0U);
         const auto to = related(unit, own, property, token, least);
-        if (!to) break;
+        if (!to) return;
         if (antagonists) add_relation(out_.channels[channel].antagonists, *to);
         if (contrary) add_relation(out_.channels[channel].contrary, *to);
         // The other way round: what has no side sees both sides of what has some.

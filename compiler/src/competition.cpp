@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 #include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -158,23 +159,34 @@ class Competition {
     collect(channel, r.least, false, clause_only, all);
     if (all.empty()) return;
     for (std::uint32_t c = r.first; c <= r.last; ++c) collect(c, r.least, true, clause_only, all);
-    std::stable_sort(all.begin(), all.end(),
-                     [](const Held& a, const Held& b) { return a.range.start_ns < b.range.start_ns; });
-    std::vector<Held> open;
-    for (const Held& now : all) {
-      std::erase_if(open, [&](const Held& h) { return h.range.end_ns <= now.range.start_ns; });
-      for (const Held& h : open) {
-        if (++examined_ > kMostExamined) return;
-        if (h.other != now.other) against(h, now, clause_only);
+    // Layer by layer, in order of time; those still held are found by when they end.
+    const auto layer = [&](const Held& h) {
+      const Contribution& c = clip_.contributions[h.contribution];
+      return std::pair(c.layer, c.stated);
+    };
+    std::stable_sort(all.begin(), all.end(), [&](const Held& a, const Held& b) {
+      return std::pair(layer(a), a.range.start_ns) < std::pair(layer(b), b.range.start_ns);
+    });
+    std::multimap<std::int64_t, Held> open[2];
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const Held& now = all[i];
+      for (auto& side : open)
+        if (i > 0 && layer(all[i - 1]) != layer(now))
+          side.clear();
+        else
+          side.erase(side.begin(), side.upper_bound(now.range.start_ns));
+      for (const auto& [end, h] : open[now.other ? 0 : 1]) {
+        if (++examined_ > kMostExamined || said_.size() >= kMostSaid) return;
+        against(h, now, clause_only);
       }
-      open.push_back(now);
+      open[now.other ? 1 : 0].emplace(now.range.end_ns, now);
     }
   }
 
   void against(const Held& earlier, const Held& later, bool clause_only) {
     const Contribution& a = clip_.contributions[earlier.contribution];
     const Contribution& b = clip_.contributions[later.contribution];
-    if (a.cause == b.cause || a.layer != b.layer || a.stated != b.stated) return;
+    if (a.cause == b.cause) return;
     const DraftCause& first = clip_.causes[a.cause];
     const DraftCause& second = clip_.causes[b.cause];
     if (follows(first, second) || follows(second, first)) return;
@@ -218,34 +230,59 @@ class Competition {
     }
   }
 
-  /// `competes stance`: not at once. `competes topics 2x`: not more than that in one clip.
+  /// What an entry says of others beside it, read once however often it is used.
+  struct Company {
+    struct Class {
+      std::string_view name;
+      std::size_t most = 0;  ///< 0: not at once
+    };
+    std::vector<Class> competes;
+    std::vector<std::string_view> before;
+  };
+
+  const Company& company(const Declaration& entry) {
+    const auto [it, added] = companies_.try_emplace(&entry);
+    if (!added) return it->second;
+    for (NodeRef p : entry.node.children()) {
+      if (!is_property(p)) continue;
+      const std::string_view name = p.at(0).text();
+      if (name == "competes" && p.at(1)) {
+        const auto most = p.at(2) ? lang::read_quantity(p.at(2).text()) : std::nullopt;
+        it->second.competes.push_back({p.at(1).text(), most ? static_cast<std::size_t>(most->value) : 0});
+      }
+      if (name != "before") continue;
+      bool first = true;
+      for (NodeRef other : p.children())
+        if (!std::exchange(first, false)) it->second.before.push_back(other.text());
+    }
+    return it->second;
+  }
+
+  /// `competes stance`: not at once. `competes topics 2x`: not more than that in one utterance.
   void classes() {
     struct Class {
-      double most = 0.0;
+      std::size_t most = 0;
       std::vector<std::uint32_t> causes;
     };
     std::map<std::pair<std::uint32_t, std::string_view>, Class> all;  // of one utterance
     for (std::uint32_t i = 0; i < clip_.causes.size(); ++i) {
       if (clip_.causes[i].entry == nullptr) continue;
-      for (NodeRef p : clip_.causes[i].entry->node.children()) {
-        if (!is_property(p) || p.at(0).text() != "competes" || !p.at(1)) continue;
-        Class& c = all[{clip_.causes[i].utterance, p.at(1).text()}];
+      for (const Company::Class& own : company(*clip_.causes[i].entry).competes) {
+        if (++examined_ > kMostExamined) return;
+        Class& c = all[{clip_.causes[i].utterance, own.name}];
         c.causes.push_back(i);
-        const auto most = p.at(2) ? lang::read_quantity(p.at(2).text()) : std::nullopt;
-        if (most) c.most = most->value;
+        if (own.most > 0) c.most = own.most;
       }
     }
     for (auto& [where, c] : all) {
-      const std::string_view name = where.second;
+      const std::string name(where.second);
       std::stable_sort(c.causes.begin(), c.causes.end(), [&](std::uint32_t a, std::uint32_t b) {
         return clip_.causes[a].span.start_ns < clip_.causes[b].span.start_ns;
       });
-      if (c.most > 0.0) {
-        const auto most = static_cast<std::size_t>(c.most);
-        if (c.causes.size() > most)
-          report(clip_.causes[c.causes.front()], clip_.causes[c.causes[most]],
-                 TooManyUses{std::string(name), fmt::format("{}", c.causes.size()), fmt::format("{}", most)},
-                 "the first of them");
+      if (c.most > 0) {
+        if (c.causes.size() > c.most)
+          report(clip_.causes[c.causes.front()], clip_.causes[c.causes[c.most]],
+                 TooManyUses{name, fmt::format("{}", c.causes.size()), fmt::format("{}", c.most)}, "the first of them");
         continue;
       }
       const DraftCause* longest = nullptr;
@@ -253,8 +290,8 @@ class Competition {
         const DraftCause& now = clip_.causes[i];
         if (longest != nullptr && now.span.start_ns < longest->span.end_ns)
           report(*longest, now,
-                 CompetingMarkers{std::string(longest->name), std::string(now.name), std::string(name),
-                                  seconds(now.span.start_ns), seconds(std::min(now.span.end_ns, longest->span.end_ns))},
+                 CompetingMarkers{std::string(longest->name), std::string(now.name), name, seconds(now.span.start_ns),
+                                  seconds(std::min(now.span.end_ns, longest->span.end_ns))},
                  "over this too");
         if (longest == nullptr || now.span.end_ns > longest->span.end_ns) longest = &now;
       }
@@ -271,21 +308,21 @@ class Competition {
     }
     for (const DraftCause& c : clip_.causes) {
       if (c.entry == nullptr) continue;
-      for (NodeRef p : c.entry->node.children()) {
-        if (!is_property(p) || p.at(0).text() != "before") continue;
-        for (std::uint32_t v = 1; p.at(v); ++v) {
-          const auto it = earliest.find({c.utterance, p.at(v).text()});
-          if (it == earliest.end() || it->second == &c || it->second->span.start_ns >= c.span.start_ns) continue;
-          report(*it->second, c, OutOfOrder{std::string(c.name), std::string(it->second->name)}, "this stands first");
-        }
+      for (const std::string_view other : company(*c.entry).before) {
+        if (++examined_ > kMostExamined) return;
+        const auto it = earliest.find({c.utterance, other});
+        if (it == earliest.end() || it->second == &c || it->second->span.start_ns >= c.span.start_ns) continue;
+        report(*it->second, c, OutOfOrder{std::string(c.name), std::string(it->second->name)}, "this stands first");
       }
     }
   }
 
   /// What counts as seen at all: half of FACS A.
   static constexpr double kTrace = 0.1;
-  /// Pairs that are looked at in one clip: what is past that is not reported, so that no source takes minutes.
+  /// Pairs and names that are looked at in one clip: what is past that is not reported, so that no source takes
+  /// minutes.
   static constexpr std::size_t kMostExamined = 1'000'000;
+  static constexpr std::size_t kMostSaid = 1'000;
 
   const ClipDraft& clip_;
   const Scope& scope_;
@@ -293,6 +330,7 @@ class Competition {
   const std::vector<ChannelInfo>& channels_;
   std::map<std::uint32_t, std::vector<std::uint32_t>> of_channel_;
   std::set<std::tuple<std::uint32_t, std::uint32_t, bool>> said_;
+  std::map<const Declaration*, Company> companies_;
   std::size_t examined_ = 0;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include <nms/compiler/diagnostic_kinds.h>
 
@@ -219,8 +220,9 @@ void check_company(NodeRef property, const Scope& scope, Evaluator& evaluator) {
   if (!property.at(1) || !property.at(1).is(NodeKind::name))
     return bad(property.at(1), competes ? "a name" : "names of entries");
   if (!competes) {
-    for (std::uint32_t i = 1; property.at(i); ++i)
-      if (!property.at(i).is(NodeKind::name)) bad(property.at(i), "names of entries");
+    bool first = true;
+    for (NodeRef other : property.children())
+      if (!std::exchange(first, false) && !other.is(NodeKind::name)) bad(other, "names of entries");
     return;
   }
   const NodeRef count = property.at(2);
