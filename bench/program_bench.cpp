@@ -1,4 +1,5 @@
 #include <cstdint>
+#include <numeric>
 #include <random>
 #include <string>
 #include <vector>
@@ -7,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <nms/program/evaluate.h>
+#include <nms/program/play.h>
 #include <nms/program/text.h>
 
 /// What one signer's frame costs: 80 channels, 10 s, 20 segments a channel, half of them smooth and half cubic.
@@ -17,7 +19,6 @@ using namespace nms::program;
 constexpr std::uint32_t kChannels = 80;
 constexpr std::uint32_t kSegments = 20;
 constexpr std::int64_t kLength_ns = 10'000'000'000;
-constexpr std::int64_t kFrame_ns = 16'666'667;
 
 Draft make_draft() {
   std::mt19937 random(1);
@@ -27,13 +28,14 @@ Draft make_draft() {
     Channel channel;
     channel.name = StringId{c + 1};
     draft.channels.push_back(channel);
-    draft.curves.push_back({ChannelId{c}, static_cast<std::uint32_t>(draft.knots.size()), kSegments + 1});
+    const auto first_handle = static_cast<std::uint32_t>(draft.handles.size());
+    draft.curves.push_back({ChannelId{c}, static_cast<std::uint32_t>(draft.knots.size()), kSegments + 1, first_handle});
     for (std::uint32_t k = 0; k <= kSegments; ++k) {
       const std::int64_t jitter_ns = k > 0 && k < kSegments ? random() % 400'000'000 : 0;
       Knot knot{kLength_ns / kSegments * k + jitter_ns, static_cast<float>(random() % 1024) / 1023.0F, kShapeSmooth};
-      if (k % 2 == 0) {
-        knot.shape = static_cast<std::uint32_t>(draft.handles.size());
-        draft.handles.push_back({0.3F, 0.6F});
+      if (k % 2 == 0) {  // of its own: no two curves share a table
+        knot.shape = static_cast<std::uint16_t>(draft.handles.size() - first_handle);
+        draft.handles.push_back({0.3F, static_cast<float>(random() % 1024) / 1023.0F});
       }
       draft.knots.push_back(knot);
     }
@@ -42,7 +44,6 @@ Draft make_draft() {
   clip.end_ns = kLength_ns;
   clip.curve_count = kChannels;
   draft.clips.push_back(clip);
-  order_plays(draft);
   return draft;
 }
 
@@ -55,12 +56,38 @@ void count_channels(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(kChannels));
 }
 
-void evaluate_anywhere(benchmark::State& state) {
-  const Program& program = image().program();
-  std::vector<float> values(kChannels);
+/// Times all over the clip, drawn beforehand.
+std::vector<std::int64_t> random_times() {
   std::mt19937 random(2);
+  std::vector<std::int64_t> times_ns(1U << 14U);
+  for (std::int64_t& time_ns : times_ns) {
+    time_ns = kLength_ns / 1'000'000 * static_cast<std::int64_t>(random() % 1'000'000) + random() % 10'000;
+  }
+  return times_ns;
+}
+
+/// From nothing but the program: a search for each channel.
+void evaluate_unbound(benchmark::State& state) {
+  const Program& program = image().program();
+  const std::vector<std::int64_t> times_ns = random_times();
+  std::vector<float> values(kChannels);
+  std::size_t i = 0;
   for (auto _ : state) {
-    evaluate(program, program.clips[0], static_cast<std::int64_t>(random()) * 2, values);
+    evaluate(program, program.clips[0], times_ns[i++ % times_ns.size()], values);
+    benchmark::DoNotOptimize(values.data());
+    benchmark::ClobberMemory();
+  }
+  count_channels(state);
+}
+BENCHMARK(evaluate_unbound);
+
+void evaluate_anywhere(benchmark::State& state) {
+  const BoundClip clip(image().program(), image().program().clips[0]);
+  const std::vector<std::int64_t> times_ns = random_times();
+  std::vector<float> values(kChannels);
+  std::size_t i = 0;
+  for (auto _ : state) {
+    clip.evaluate(times_ns[i++ % times_ns.size()], values);
     benchmark::DoNotOptimize(values.data());
     benchmark::ClobberMemory();
   }
@@ -68,21 +95,32 @@ void evaluate_anywhere(benchmark::State& state) {
 }
 BENCHMARK(evaluate_anywhere);
 
-/// Frames at 60 Hz, from the start again when it is over.
-void play_in_sequence(benchmark::State& state) {
-  const Program& program = image().program();
+/// Frames at so many a second, negative: backwards; from the beginning again when it is over.
+void play(benchmark::State& state) {
+  const std::int64_t frame_ns = 1'000'000'000 / state.range(0);
+  Player player(image().program(), image().program().clips[0]);
   std::vector<float> values(kChannels);
-  Player player(program, program.clips[0]);
   std::int64_t time_ns = 0;
   for (auto _ : state) {
     player.advance(time_ns, values);
     benchmark::DoNotOptimize(values.data());
     benchmark::ClobberMemory();
-    time_ns = time_ns < kLength_ns ? time_ns + kFrame_ns : 0;
+    time_ns += frame_ns;
+    time_ns = time_ns > kLength_ns ? 0 : time_ns < 0 ? kLength_ns : time_ns;
   }
   count_channels(state);
 }
-BENCHMARK(play_in_sequence);
+BENCHMARK(play)->Arg(60)->Arg(25)->Arg(-60);
+
+/// Once for each clip that is played.
+void bind_clip(benchmark::State& state) {
+  const Program& program = image().program();
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(BoundClip(program, program.clips[0]));
+  }
+  state.counters["memory"] = static_cast<double>(BoundClip(program, program.clips[0]).memory_size());
+}
+BENCHMARK(bind_clip);
 
 void fade(benchmark::State& state) {
   const std::vector<float> from(kChannels, 0.25F);
@@ -104,7 +142,11 @@ void encode_draft(benchmark::State& state) {
   for (auto _ : state) {
     benchmark::DoNotOptimize(encode(draft));
   }
+  const auto names = sizeof(std::uint32_t) * (draft.strings.size() + 1) +
+                     std::accumulate(draft.strings.begin(), draft.strings.end(), std::size_t{0},
+                                     [](std::size_t sum, const std::string& name) { return sum + name.size(); });
   state.counters["bytes"] = static_cast<double>(encode(draft).size());
+  state.counters["without_names"] = static_cast<double>(encode(draft).size() - names);
 }
 BENCHMARK(encode_draft);
 

@@ -237,7 +237,7 @@ expect 1 "sample of no clip" "$nmsc" sample good.nms --clip smlie --at 0
 says "sample of no clip" "smile"
 expect 1 "sample at no time" "$nmsc" sample good.nms --clip smile --at later
 for at in "," "1,,2"; do expect_stdin 1 "sample at '$at'" /dev/null "$nmsc" sample good.nms --clip smile "--at=$at"; done
-printf 'timeline long 900000s { blink at 0s }\n' >long.nms
+printf 'timeline long 90000s { blink at 0s }\n' >long.nms
 expect 1 "too many rows" "$nmsc" sample long.nms --clip long --fps 1000
 says "too many rows" "too_many_rows"
 

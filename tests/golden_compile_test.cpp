@@ -20,7 +20,7 @@
 #include <nms/compiler/diagnostic_kinds.h>
 #include <nms/compiler/test.h>
 #include <nms/lang/render.h>
-#include <nms/program/evaluate.h>
+#include <nms/program/play.h>
 #include <nms/program/text.h>
 
 #include "../cli/src/time_table_file.h"

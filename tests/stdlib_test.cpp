@@ -10,7 +10,7 @@
 
 #include <nms/compiler/compile.h>
 #include <nms/lang/parse.h>
-#include <nms/program/evaluate.h>
+#include <nms/program/play.h>
 #include <nms/program/program.h>
 #include <nms/stdlib/embedded.h>
 
@@ -60,18 +60,63 @@ program::Image compile_file(const std::string& path) {
 
 /// Barker 2005, appendix D, with its misprints put right.
 const std::map<int, std::string_view> kAppendixD = {
-    {1, "Inner Brow Raiser"}, {2, "Outer Brow Raiser"}, {4, "Brow Lowerer"}, {5, "Upper Lid Raiser"},
-    {6, "Cheek Raiser"}, {7, "Lid Tightener"}, {8, "Lips Together"}, {9, "Nose Wrinkler"}, {10, "Upper Lip Raiser"},
-    {11, "Nasolabial Furrow Deepener"}, {12, "Lip Corner Puller"}, {13, "Sharp Lip Puller"}, {14, "Dimpler"},
-    {15, "Lip Corner Depressor"}, {16, "Lower Lip Depressor"}, {17, "Chin Raiser"}, {18, "Lip Puckerer"},
-    {19, "Tongue Out"}, {20, "Lip Stretcher"}, {21, "Neck Tightener"}, {22, "Lip Funneler"}, {23, "Lip Tightener"},
-    {24, "Lip Pressor"}, {25, "Lips Part"}, {26, "Jaw Drop"}, {27, "Mouth Stretch"}, {28, "Lip Suck"},
-    {29, "Jaw Thrust"}, {30, "Jaw Sideways"}, {31, "Jaw Clencher"}, {32, "Lip Bite"}, {33, "Cheek Blow"},
-    {34, "Cheek Puff"}, {35, "Cheek Suck"}, {36, "Tongue Bulge"}, {37, "Lip Wipe"}, {38, "Nostril Dilator"},
-    {39, "Nostril Compressor"}, {41, "Lid Droop"}, {42, "Eyelid Slit"}, {43, "Eyes Closed"}, {44, "Squint"},
-    {45, "Blink"}, {46, "Wink"}, {51, "Head Turn Left"}, {52, "Head Turn Right"}, {53, "Head Up"}, {54, "Head Down"},
-    {55, "Head Tilt Left"}, {56, "Head Tilt Right"}, {57, "Head Forward"}, {58, "Head Back"},
-    {61, "Eyes Turn Left"}, {62, "Eyes Turn Right"}, {63, "Eyes Up"}, {64, "Eyes Down"}, {65, "Walleye"},
+    {1, "Inner Brow Raiser"},
+    {2, "Outer Brow Raiser"},
+    {4, "Brow Lowerer"},
+    {5, "Upper Lid Raiser"},
+    {6, "Cheek Raiser"},
+    {7, "Lid Tightener"},
+    {8, "Lips Together"},
+    {9, "Nose Wrinkler"},
+    {10, "Upper Lip Raiser"},
+    {11, "Nasolabial Furrow Deepener"},
+    {12, "Lip Corner Puller"},
+    {13, "Sharp Lip Puller"},
+    {14, "Dimpler"},
+    {15, "Lip Corner Depressor"},
+    {16, "Lower Lip Depressor"},
+    {17, "Chin Raiser"},
+    {18, "Lip Puckerer"},
+    {19, "Tongue Out"},
+    {20, "Lip Stretcher"},
+    {21, "Neck Tightener"},
+    {22, "Lip Funneler"},
+    {23, "Lip Tightener"},
+    {24, "Lip Pressor"},
+    {25, "Lips Part"},
+    {26, "Jaw Drop"},
+    {27, "Mouth Stretch"},
+    {28, "Lip Suck"},
+    {29, "Jaw Thrust"},
+    {30, "Jaw Sideways"},
+    {31, "Jaw Clencher"},
+    {32, "Lip Bite"},
+    {33, "Cheek Blow"},
+    {34, "Cheek Puff"},
+    {35, "Cheek Suck"},
+    {36, "Tongue Bulge"},
+    {37, "Lip Wipe"},
+    {38, "Nostril Dilator"},
+    {39, "Nostril Compressor"},
+    {41, "Lid Droop"},
+    {42, "Eyelid Slit"},
+    {43, "Eyes Closed"},
+    {44, "Squint"},
+    {45, "Blink"},
+    {46, "Wink"},
+    {51, "Head Turn Left"},
+    {52, "Head Turn Right"},
+    {53, "Head Up"},
+    {54, "Head Down"},
+    {55, "Head Tilt Left"},
+    {56, "Head Tilt Right"},
+    {57, "Head Forward"},
+    {58, "Head Back"},
+    {61, "Eyes Turn Left"},
+    {62, "Eyes Turn Right"},
+    {63, "Eyes Up"},
+    {64, "Eyes Down"},
+    {65, "Walleye"},
     {66, "Cross-eye"},
 };
 
@@ -96,9 +141,10 @@ TEST(StandardLibrary, EveryUnitOfAppendixDReachesAChannel) {
 }
 
 TEST(StandardLibrary, AxesTurnTheWayTheirUnitsSay) {
-  // Right-handed turns about +x (the subject's left), +y (up), +z (forward), of the way the face looks, (0, 0, 1), or of
-  // the crown of the head, (0, 1, 0). `full_scale` is what the positive unit does.
-  const auto image = compile_text("expression e 1s { 100%: AU53 + AU51 + AU55 + AU57 + AU63 + AU61 + AU101 + AU103 + AU105 }");
+  // Right-handed turns about +x (the subject's left), +y (up), +z (forward), of the way the face looks, (0, 0, 1), or
+  // of the crown of the head, (0, 1, 0). `full_scale` is what the positive unit does.
+  const auto image =
+      compile_text("expression e 1s { 100%: AU53 + AU51 + AU55 + AU57 + AU63 + AU61 + AU101 + AU103 + AU105 }");
   const program::Program& p = image.program();
   std::map<std::string, float> full;
   for (const auto& channel : p.channels)
@@ -122,8 +168,8 @@ TEST(StandardLibrary, HasEveryNonManualSignOfTheThesis) {
   // Barker 2005, 1.2.1 to 1.2.4.
   const auto image = compile_file("lexicons/asl.nms");
   for (const std::string_view name :
-       {"not_yet", "unexpectedly", "menstrual_period", "oh_why_not", "oh_definitely_yes", "thats_really_interesting", "flap",
-        "mm", "th", "wh", "neg", "yn", "rhq", "feedback", "feedback_tilt", "feedback_brows", "feedback_nose"})
+       {"not_yet", "unexpectedly", "menstrual_period", "oh_why_not", "oh_definitely_yes", "thats_really_interesting",
+        "flap", "mm", "th", "wh", "neg", "yn", "rhq", "feedback", "feedback_tilt", "feedback_brows", "feedback_nose"})
     EXPECT_NE(image.program().find_clip(name), nullptr) << name;
 }
 
@@ -142,7 +188,8 @@ TEST(StandardLibrary, EveryEntrySaysWhatItMeansAndWhoSaysSo) {
           if (item.is(lang::NodeKind::property)) properties.insert(std::string(item.at(0).text()));
         for (const char* wanted : {"label", "meaning", "source", "evidence"})
           EXPECT_TRUE(properties.contains(wanted)) << file.path << ": " << name << " has no " << wanted;
-        EXPECT_TRUE(entry.child(lang::NodeKind::doc_comment).exists()) << file.path << ": " << name << " has no doc comment";
+        EXPECT_TRUE(entry.child(lang::NodeKind::doc_comment).exists())
+            << file.path << ": " << name << " has no doc comment";
       }
     }
   }
@@ -173,7 +220,8 @@ TEST(StandardLibrary, NoTwoEntriesLookTheSame) {
 
 TEST(StandardLibrary, AQuestionFurrowsTheBrowThroughItsClause) {
   const auto image = compile_text(
-      "utterance u in asl { signs { topic[ BOOK@0.00s..0.62s ] wh[ IX-3@0.70s..0.95s WHERE{wh}@0.95s..1.20s~1.60s ] } }");
+      "utterance u in asl { signs { topic[ BOOK@0.00s..0.62s ] wh[ IX-3@0.70s..0.95s WHERE{wh}@0.95s..1.20s~1.60s ] } "
+      "}");
   const program::Program& p = image.program();
   const program::Clip* clip = p.find_clip("u");
   ASSERT_NE(clip, nullptr);

@@ -11,7 +11,7 @@
 #include <nms/lang/quantity.h>
 #include <nms/picture/contact_sheet.h>
 #include <nms/picture/render.h>
-#include <nms/program/evaluate.h>
+#include <nms/program/play.h>
 #include <nms/runtime/rig.h>
 
 #include "commands.h"

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include <nms/program/evaluate.h>
+#include <nms/program/play.h>
 #include <nms/runtime/rig.h>
 
 #include "commands.h"

@@ -321,14 +321,14 @@ class Plot {
   // ---- Curves
 
   /// The inner Bézier values of the segment from knot i of a curve to the next. Nothing: a hold.
-  [[nodiscard]] std::optional<program::Handles> inner(const Knot& a, const Knot& b) const {
-    if (a.shape == program::kShapeHold || a.time_ns == b.time_ns) return std::nullopt;
+  [[nodiscard]] std::optional<program::Handles> inner(const Curve& c, const Knot& a, const Knot& b) const {
+    if (a.shape == program::kShapeHold || a.time_ns() == b.time_ns()) return std::nullopt;
     if (a.shape == program::kShapeSmooth) return program::Handles{a.value, b.value};
     if (a.shape == program::kShapeLinear) {
       const float third = (b.value - a.value) / 3.0F;
       return program::Handles{a.value + third, b.value - third};
     }
-    return program_.handles[a.shape];
+    return program_.handles_of(c, a);
   }
 
   [[nodiscard]] std::span<const Knot> knots(const Curve& c) const {
@@ -340,10 +340,10 @@ class Plot {
     const auto kb = knots(b);
     if (ka.size() != kb.size()) return false;
     for (std::size_t i = 0; i < ka.size(); ++i) {
-      if (ka[i].time_ns != kb[i].time_ns || ka[i].value != kb[i].value) return false;
+      if (ka[i].time_ns() != kb[i].time_ns() || ka[i].value != kb[i].value) return false;
       if (i + 1 == ka.size()) break;
-      const auto ha = inner(ka[i], ka[i + 1]);
-      const auto hb = inner(kb[i], kb[i + 1]);
+      const auto ha = inner(a, ka[i], ka[i + 1]);
+      const auto hb = inner(b, kb[i], kb[i + 1]);
       if (ha.has_value() != hb.has_value() || (ha && (ha->b1 != hb->b1 || ha->b2 != hb->b2))) return false;
     }
     return true;
@@ -359,7 +359,7 @@ class Plot {
     };
     for (std::size_t i = 0; i < ks.size(); ++i) {
       take(ks[i].value);
-      const auto h = i + 1 < ks.size() ? inner(ks[i], ks[i + 1]) : std::nullopt;
+      const auto h = i + 1 < ks.size() ? inner(*d.curve, ks[i], ks[i + 1]) : std::nullopt;
       if (!h) continue;
       const double v0 = ks[i].value;
       const double b1 = h->b1;
@@ -452,22 +452,22 @@ class Plot {
   [[nodiscard]] std::string path(const Curve& curve, double zero, double unit) const {
     const auto y = [&](float v) { return px(zero - static_cast<double>(v) * unit); };
     const auto ks = knots(curve);
-    std::string d = fmt::format("M{} {}", px(x(std::min(clip_.start_ns, ks[0].time_ns))), y(ks[0].value));
-    if (ks[0].time_ns > clip_.start_ns) d += fmt::format("H{}", px(x(ks[0].time_ns)));
+    std::string d = fmt::format("M{} {}", px(x(std::min(clip_.start_ns, ks[0].time_ns()))), y(ks[0].value));
+    if (ks[0].time_ns() > clip_.start_ns) d += fmt::format("H{}", px(x(ks[0].time_ns())));
     for (std::size_t i = 0; i + 1 < ks.size(); ++i) {
       const Knot& a = ks[i];
       const Knot& b = ks[i + 1];
-      if (const auto h = inner(a, b)) {
+      if (const auto h = inner(curve, a, b)) {
         // Time runs evenly along a segment: its inner control points stand at the thirds.
-        const double third = (x(b.time_ns) - x(a.time_ns)) / 3.0;
-        d += fmt::format("C{} {} {} {} {} {}", px(x(a.time_ns) + third), y(h->b1), px(x(b.time_ns) - third), y(h->b2),
-                         px(x(b.time_ns)), y(b.value));
+        const double third = (x(b.time_ns()) - x(a.time_ns())) / 3.0;
+        d += fmt::format("C{} {} {} {} {} {}", px(x(a.time_ns()) + third), y(h->b1), px(x(b.time_ns()) - third),
+                         y(h->b2), px(x(b.time_ns())), y(b.value));
       } else {
-        if (a.time_ns != b.time_ns) d += fmt::format("H{}", px(x(b.time_ns)));
+        if (a.time_ns() != b.time_ns()) d += fmt::format("H{}", px(x(b.time_ns())));
         if (a.value != b.value) d += fmt::format("V{}", y(b.value));
       }
     }
-    if (ks.back().time_ns < clip_.end_ns) d += fmt::format("H{}", px(x(clip_.end_ns)));
+    if (ks.back().time_ns() < clip_.end_ns) d += fmt::format("H{}", px(x(clip_.end_ns)));
     return d;
   }
 

@@ -171,14 +171,16 @@ std::optional<program::Draft> compile_all(const std::vector<std::shared_ptr<cons
       return;
     }
     if (explained != nullptr) explained->clips.push_back(clip.name);
+    std::optional<TooLarge> too_large;
     if (explained != nullptr && clip.name == explained->options.clip) {
       ExplanationRecorder recorder(clip, channels, explained->options.time_ns);
-      emitter.clip(clip, merge(clip, channels, &recorder), channels);
+      too_large = emitter.clip(clip, merge(clip, channels, &recorder), channels);
       explained->found = true;
       explained->channels = recorder.take();
     } else {
-      emitter.clip(clip, merge(clip, channels), channels);
+      too_large = emitter.clip(clip, merge(clip, channels), channels);
     }
+    if (too_large) evaluator.report({}, d.node, *too_large);
   };
   for (const Declaration* d : clip_sources(files, declarations)) {
     for (ClipDraft& clip : lower(*d, evaluator, discourses)) add(*d, clip);
@@ -191,7 +193,6 @@ std::optional<program::Draft> compile_all(const std::vector<std::shared_ptr<cons
   if (diagnostics.error_count() != 0) return std::nullopt;
   // Tests are run file by file, and one table may serve them all.
   if (request == nullptr) outside.report_unused(diagnostics);
-  program::order_plays(emitter.draft);
   return std::move(emitter.draft);
 }
 

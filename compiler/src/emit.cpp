@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include <fmt/format.h>
+
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
@@ -73,17 +75,11 @@ void Emitter::channels(const Channels& channels) {
   }
 }
 
-std::uint32_t Emitter::handles(float b1, float b2) {
-  std::uint32_t bits[2];
-  std::memcpy(&bits[0], &b1, 4);
-  std::memcpy(&bits[1], &b2, 4);
-  const std::uint64_t key = (std::uint64_t{bits[0]} << 32U) | bits[1];
-  const auto [it, added] = handles_.try_emplace(key, static_cast<std::uint32_t>(draft.handles.size()));
-  if (added) draft.handles.push_back({b1, b2});
-  return it->second;
-}
-
-void Emitter::clip(const ClipDraft& clip, const std::vector<MergedCurve>& curves, const Channels& channels) {
+std::optional<TooLarge> Emitter::clip(const ClipDraft& clip, const std::vector<MergedCurve>& curves,
+                                      const Channels& channels) {
+  if (clip.start_ns < -program::kTimeLimit_ns || clip.end_ns > program::kTimeLimit_ns) {
+    return TooLarge{"the time that a clip reaches to", fmt::format("{} s", program::kTimeLimit_ns / 1'000'000'000)};
+  }
   ContentHash hash;
   program::Clip out;
   out.name = string(clip.name);
@@ -108,12 +104,12 @@ void Emitter::clip(const ClipDraft& clip, const std::vector<MergedCurve>& curves
     if (m.curve.knots.empty()) continue;
     const double low = channels.channels[m.channel].low();
     hash.text(channels.channels[m.channel].name);
-    program::Curve curve{program::ChannelId{m.channel}, static_cast<std::uint32_t>(draft.knots.size()), 0};
+    program::Curve curve{program::ChannelId{m.channel}, static_cast<std::uint32_t>(draft.knots.size()), 0,
+                         static_cast<std::uint32_t>(draft.handles.size())};
+    shapes_.clear();
     for (std::size_t i = 0; i < m.curve.knots.size(); ++i) {
       const CurveKnot& k = m.curve.knots[i];
-      program::Knot knot;
-      knot.time_ns = k.time_ns;
-      knot.value = narrowed(k.value, low);
+      program::Knot knot(k.time_ns, narrowed(k.value, low), program::kShapeHold);
       if (i + 1 < m.curve.knots.size()) {
         const CurveKnot& next = m.curve.knots[i + 1];
         const double third = (next.value - k.value) / 3.0;
@@ -128,16 +124,21 @@ void Emitter::clip(const ClipDraft& clip, const std::vector<MergedCurve>& curves
                    m.curve.knots[i + 2].time_ns == next.time_ns && next.value == k.value) {
           knot.shape = program::kShapeHold;
         } else {
-          knot.shape = handles(static_cast<float>(k.b1), static_cast<float>(k.b2));
+          const auto shape = shapes_.shape({static_cast<float>(k.b1), static_cast<float>(k.b2)}, draft.handles);
+          if (!shape) {
+            return TooLarge{"the number of different segments of one channel in one clip",
+                            fmt::format("{}", program::kShapeFirstReserved)};
+          }
+          knot.shape = *shape;
         }
         if (knot.shape < program::kShapeFirstReserved) {
           hash.real(static_cast<float>(k.b1));
           hash.real(static_cast<float>(k.b2));
         } else {
-          hash.number(knot.shape);
+          hash.number(0xFFFF0000 + std::int64_t{knot.shape});  // as when shapes had 32 bits: hashes outlive formats
         }
       }
-      hash.number(knot.time_ns);
+      hash.number(knot.time_ns());
       hash.real(knot.value);
       draft.knots.push_back(knot);
       draft.knot_sources.push_back(k.source < source_index.size() ? source_index[k.source] : program::kNone);
@@ -160,6 +161,7 @@ void Emitter::clip(const ClipDraft& clip, const std::vector<MergedCurve>& curves
   }
   out.content_hash = hash.value();
   draft.clips.push_back(out);
+  return std::nullopt;
 }
 
 }  // namespace nms::compiler

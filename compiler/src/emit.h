@@ -1,10 +1,13 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
 #include <vector>
 
+#include <nms/compiler/diagnostic_kinds.h>
+#include <nms/program/curve_shapes.h>
 #include <nms/program/program.h>
 
 #include "merge.h"
@@ -20,14 +23,15 @@ class Emitter {
   [[nodiscard]] program::StringId path(std::string_view text);
   void channels(const Channels& channels);
   /// A clip with its merged curves. Markers and sources are the draft clip's.
-  void clip(const ClipDraft& clip, const std::vector<MergedCurve>& curves, const Channels& channels);
+  /// What a program has no room for, if so.
+  [[nodiscard]] std::optional<TooLarge> clip(const ClipDraft& clip, const std::vector<MergedCurve>& curves,
+                                             const Channels& channels);
 
   program::Draft draft;
 
  private:
-  [[nodiscard]] std::uint32_t handles(float b1, float b2);
   std::unordered_map<std::string, std::uint32_t> strings_;
-  std::unordered_map<std::uint64_t, std::uint32_t> handles_;
+  program::CurveShapes shapes_;  ///< of the curve being written
 };
 
 }  // namespace nms::compiler

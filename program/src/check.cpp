@@ -64,8 +64,10 @@ tl::expected<Header, Failure> check_header(std::span<const std::byte> bytes, std
                   "use a newer nmsc, or compile it again with this one");
   }
   if (header.version_major < kVersionMajor) {
-    return refuse("corrupt_program", place, fmt::format("there is no format version {}", header.version_major),
-                  kCopyAgain);
+    return refuse("older_version", place,
+                  fmt::format("the file has format version {}.{}, this nmsc reads {}.x", header.version_major,
+                              header.version_minor, kVersionMajor),
+                  "compile it again with this nmsc");
   }
   if (bytes.size() < header.size) {
     return refuse(

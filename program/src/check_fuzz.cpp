@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <nms/program/evaluate.h>
+#include <nms/program/play.h>
 #include <nms/program/text.h>
 
 #include "container.h"
@@ -42,8 +43,8 @@ void use(std::span<const std::byte> bytes) {
   for (std::size_t c = 0; c < program.clips.size(); ++c) {
     Player player(program, program.clips[c]);
     for (const Knot& knot : program.knots) {
-      evaluate(program, program.clips[c], knot.time_ns + 1, here);
-      player.advance(knot.time_ns + 1, there);
+      evaluate(program, program.clips[c], knot.time_ns() + 1, here);
+      player.advance(knot.time_ns() + 1, there);
       require(here.empty() || std::memcmp(here.data(), there.data(), here.size() * sizeof(float)) == 0);
     }
   }

@@ -20,7 +20,7 @@ constexpr float kLargest = std::numeric_limits<float>::max();
 /// False for NaN.
 bool is_within(float value, float low, float high) { return value >= low && value <= high; }
 bool is_finite(float value) { return is_within(value, -kLargest, kLargest); }
-bool is_time(std::int64_t time_ns) { return time_ns >= -kTimeLimit && time_ns <= kTimeLimit; }
+bool is_time(std::int64_t time_ns) { return time_ns >= -kTimeLimit_ns && time_ns <= kTimeLimit_ns; }
 
 template <std::size_t N>
 bool is_zero(const std::uint8_t (&bytes)[N]) {
@@ -39,8 +39,8 @@ class Checker {
   Checker(const Program& program, std::string_view place) : program_(program), place_(place) {}
 
   std::optional<Failure> run() {
-    (void)(strings() && tracks() && channels() && knots() && curves() && clips() && plays() && markers() && sources() &&
-           muscles() && actuations() && landmarks() && faces());
+    (void)(strings() && tracks() && channels() && knots() && curves() && clips() && markers() && sources() &&
+           inputs() && muscles() && actuations() && landmarks() && faces());
     return std::move(failure_);
   }
 
@@ -62,11 +62,11 @@ class Checker {
   bool channel(std::size_t index);
   bool knots();
   bool curves();
-  bool curve(std::size_t index);
+  bool curve(std::size_t index, std::size_t& next_handle);
   bool clips();
-  bool plays();
   bool markers();
   bool sources();
+  bool inputs();
   bool muscles();
   bool actuations();
   bool landmarks();
@@ -188,16 +188,13 @@ bool Checker::channel(std::size_t index) {
 }
 
 bool Checker::knots() {
-  if (program_.handles.size() > kShapeFirstReserved) {
-    return refuse("handles", kShapeFirstReserved, "there are too many of them");
-  }
   for (std::size_t i = 0; i < program_.knots.size(); ++i) {
     const Knot& knot = program_.knots[i];
-    if (!is_time(knot.time_ns)) {
-      return refuse("knots", i, fmt::format("its time, {} ns, is too far from its clip's origin", knot.time_ns));
+    if (!is_time(knot.time_ns())) {
+      return refuse("knots", i, fmt::format("its time, {} ns, is too far from its clip's origin", knot.time_ns()));
     }
     const bool is_named = knot.shape == kShapeSmooth || knot.shape == kShapeLinear || knot.shape == kShapeHold;
-    if (!is_named && knot.shape >= program_.handles.size()) {
+    if (!is_named && knot.shape >= kShapeFirstReserved) {
       return refuse("knots", i, fmt::format("its segment has no shape {}", knot.shape));
     }
   }
@@ -212,6 +209,7 @@ bool Checker::knots() {
 
 bool Checker::curves() {
   std::size_t next_knot = 0;
+  std::size_t next_handle = 0;
   for (std::size_t i = 0; i < program_.curves.size(); ++i) {
     const Curve& curve = program_.curves[i];
     if (!is_channel(curve.channel)) {
@@ -224,9 +222,16 @@ bool Checker::curves() {
                                 program_.knots.size(), curve.knot_count, curve.first_knot));
     }
     next_knot += curve.knot_count;
-    if (!this->curve(i)) {
+    if (curve.first_handle != next_handle) {
+      return refuse("curves", i,
+                    fmt::format("its handles should begin with handle {}, not {}", next_handle, curve.first_handle));
+    }
+    if (!this->curve(i, next_handle)) {
       return false;
     }
+  }
+  if (next_handle != program_.handles.size()) {
+    return refuse("handles", next_handle, "it is of no curve");
   }
   if (next_knot != program_.knots.size()) {
     return refuse("knots", next_knot, "it is of no curve");
@@ -234,7 +239,8 @@ bool Checker::curves() {
   return true;
 }
 
-bool Checker::curve(std::size_t index) {
+/// @param next_handle  in: the curve's first handle; out: the one behind its last
+bool Checker::curve(std::size_t index, std::size_t& next_handle) {
   const Curve& curve = program_.curves[index];
   const bool is_axis = program_.channels[static_cast<std::size_t>(curve.channel)].kind == ChannelKind::axis;
   const std::size_t end = std::size_t{curve.first_knot} + curve.knot_count;
@@ -245,19 +251,24 @@ bool Checker::curve(std::size_t index) {
                     fmt::format("its value is {}; {} goes from {} to 1", knot.value,
                                 is_axis ? "an axis" : "an action unit", is_axis ? -1 : 0));
     }
-    if (k > curve.first_knot && knot.time_ns < program_.knots[k - 1].time_ns) {
+    if (k > curve.first_knot && knot.time_ns() < program_.knots[k - 1].time_ns()) {
       return refuse("knots", k, "it is earlier than the knot before it");
     }
-    if (k > curve.first_knot + std::size_t{1} && knot.time_ns == program_.knots[k - 2].time_ns) {
+    if (k > curve.first_knot + std::size_t{1} && knot.time_ns() == program_.knots[k - 2].time_ns()) {
       return refuse("knots", k, "three knots of one curve share a time; a jump takes two");
     }
-    if (!is_axis && knot.shape < program_.handles.size()) {
-      const Handles& handles = program_.handles[knot.shape];
-      if (!is_within(handles.b1, -1.0F, 2.0F) || !is_within(handles.b2, -1.0F, 2.0F)) {
-        return refuse(
-            "knots", k,
-            fmt::format("an action unit's inner values ({}, {}) are outside -1 to 2", handles.b1, handles.b2));
-      }
+    if (knot.shape >= kShapeFirstReserved) {
+      continue;
+    }
+    const std::size_t handle = std::size_t{curve.first_handle} + knot.shape;
+    if (handle > next_handle || handle >= program_.handles.size()) {
+      return refuse("knots", k, fmt::format("its segment has no shape {}, or not yet", knot.shape));
+    }
+    next_handle = std::max(next_handle, handle + 1);
+    const Handles& handles = program_.handles[handle];
+    if (!is_axis && (!is_within(handles.b1, -1.0F, 2.0F) || !is_within(handles.b2, -1.0F, 2.0F))) {
+      return refuse("knots", k,
+                    fmt::format("an action unit's inner values ({}, {}) are outside -1 to 2", handles.b1, handles.b2));
     }
   }
   return true;
@@ -266,7 +277,6 @@ bool Checker::curve(std::size_t index) {
 bool Checker::clips() {
   std::size_t next_curve = 0;
   std::size_t next_marker = 0;
-  std::size_t next_play = 0;
   // The clips share out each table in their order, so nothing is of no clip, or of two.
   const auto takes = [](std::size_t& next, std::uint32_t first, std::uint32_t count, std::size_t size) {
     if (count == 0) {
@@ -294,52 +304,14 @@ bool Checker::clips() {
         !takes(next_marker, clip.first_marker, clip.marker_count, program_.markers.size())) {
       return refuse("clips", i, fmt::format("its markers should begin with marker {}", next_marker));
     }
-    if ((clip.play_count == 0 && clip.first_play > program_.plays.size()) ||
-        !takes(next_play, clip.first_play, clip.play_count, program_.plays.size())) {
-      return refuse("clips", i, fmt::format("its play list should begin at {}", next_play));
-    }
     for (std::size_t c = std::size_t{clip.first_curve} + 1; c < std::size_t{clip.first_curve} + clip.curve_count; ++c) {
       if (program_.curves[c].channel <= program_.curves[c - 1].channel) {
         return refuse("curves", c, "a clip's curves are ordered by channel, and a channel occurs once");
       }
     }
   }
-  if (next_curve != program_.curves.size() || next_marker != program_.markers.size() ||
-      next_play != program_.plays.size()) {
-    return refuse("clips", program_.clips.size(), "there are curves, markers or plays of no clip");
-  }
-  return true;
-}
-
-bool Checker::plays() {
-  for (std::size_t i = 0; i < program_.clips.size(); ++i) {
-    const Clip& clip = program_.clips[i];
-    std::size_t first_knot = 0;
-    std::size_t end_knot = 0;
-    if (clip.curve_count > 0) {
-      const Curve& last = program_.curves[std::size_t{clip.first_curve} + clip.curve_count - 1];
-      first_knot = program_.curves[clip.first_curve].first_knot;
-      end_knot = std::size_t{last.first_knot} + last.knot_count;
-    }
-    if (clip.play_count != end_knot - first_knot) {
-      return refuse("clips", i,
-                    fmt::format("its play list has {} of its {} knots", clip.play_count, end_knot - first_knot));
-    }
-    // As many as the clip has knots, each one of them, each after the last: so each exactly once.
-    for (std::size_t p = clip.first_play; p < std::size_t{clip.first_play} + clip.play_count; ++p) {
-      const std::uint32_t knot = program_.plays[p];
-      if (knot < first_knot || knot >= end_knot) {
-        return refuse("plays", p, fmt::format("knot {} is not of the clip", knot));
-      }
-      if (p > clip.first_play) {
-        const std::uint32_t before = program_.plays[p - 1];
-        const std::int64_t time_before = program_.knots[before].time_ns;
-        const std::int64_t time = program_.knots[knot].time_ns;
-        if (time < time_before || (time == time_before && knot <= before)) {
-          return refuse("plays", p, "plays are ordered by time, then channel");
-        }
-      }
-    }
+  if (next_curve != program_.curves.size() || next_marker != program_.markers.size()) {
+    return refuse("clips", program_.clips.size(), "there are curves or markers of no clip");
   }
   return true;
 }
@@ -380,6 +352,19 @@ bool Checker::sources() {
     const std::uint32_t source = program_.knot_sources[i];
     if (source != kNone && source >= program_.sources.size()) {
       return refuse("knot_sources", i, fmt::format("there is no source {}", source));
+    }
+  }
+  return true;
+}
+
+bool Checker::inputs() {
+  for (std::size_t i = 0; i < program_.inputs.size(); ++i) {
+    const Input& input = program_.inputs[i];
+    if (!is_string(input.name) || !is_string(input.from) || !is_string(input.path) || !is_zero(input.zero)) {
+      return refuse("inputs", i, "it names a string that there is not, or its filling is not zero");
+    }
+    if (input.name == StringId{} || input.path == StringId{}) {
+      return refuse("inputs", i, "it has no name, or no path");
     }
   }
   return true;

@@ -11,9 +11,6 @@ namespace nms::program {
 
 inline constexpr std::string_view kReport = "compile it again; if it is refused again, report it as a defect of nmsc";
 
-/// Times lie within 10^15 ns (11 days) of a clip's origin: differences are exact in double.
-inline constexpr std::int64_t kTimeLimit = 1'000'000'000'000'000;
-
 /// Longest name, path or title [bytes]: bounds what the text form of a small hostile file can grow to.
 inline constexpr std::uint32_t kStringLimit = 4096;
 

@@ -32,9 +32,9 @@ std::string content_of(const Program& p, const Clip& clip) {
   for (const Curve& curve : p.curves.subspan(clip.first_curve, clip.curve_count)) {
     fmt::format_to(std::back_inserter(out), "{}\n", channel_name(p, curve));
     for (const Knot& k : p.knots.subspan(curve.first_knot, curve.knot_count)) {
-      const Handles h = k.shape < kShapeFirstReserved ? p.handles[k.shape] : Handles{};
-      const std::uint32_t shape = k.shape < kShapeFirstReserved ? 0 : k.shape;
-      fmt::format_to(std::back_inserter(out), "{} {} {} {} {}\n", k.time_ns, k.value, shape, h.b1, h.b2);
+      const Handles h = k.shape < kShapeFirstReserved ? p.handles_of(curve, k) : Handles{};
+      const int shape = k.shape < kShapeFirstReserved ? 0 : k.shape;
+      fmt::format_to(std::back_inserter(out), "{} {} {} {} {}\n", k.time_ns(), k.value, shape, h.b1, h.b2);
     }
   }
   return out;

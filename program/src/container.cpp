@@ -23,4 +23,6 @@ std::uint64_t checksum(std::span<const std::byte> bytes) {
   return XXH3_64bits_digest(&state);
 }
 
+std::uint64_t text_hash(std::string_view text) { return XXH3_64bits(text.data(), text.size()); }
+
 }  // namespace nms::program

@@ -16,7 +16,7 @@
 /// A newer minor version may add sections with kinds of its own; a change to a record is a new major version.
 namespace nms::program {
 
-inline constexpr std::uint16_t kVersionMajor = 1;
+inline constexpr std::uint16_t kVersionMajor = 2;
 inline constexpr std::uint16_t kVersionMinor = 0;
 
 /// A byte above 127 and both kinds of line end, so that a copy in text mode is found out at once.
@@ -49,8 +49,8 @@ enum class SectionKind : std::uint32_t {
   curves,
   knots,
   handles,
-  plays,
-  markers,
+  // 7 was the play list of format 1
+  markers = 8,
   knot_sources,
   sources,
   muscles,
@@ -59,6 +59,7 @@ enum class SectionKind : std::uint32_t {
   faces,
   string_begin,
   string_bytes,
+  inputs,
 };
 inline constexpr std::uint32_t kSectionCount = 16;
 
@@ -71,7 +72,6 @@ void visit_sections(AProgram& program, const Visit& visit) {
   visit(SectionKind::curves, std::string_view("curves"), program.curves);
   visit(SectionKind::knots, std::string_view("knots"), program.knots);
   visit(SectionKind::handles, std::string_view("handles"), program.handles);
-  visit(SectionKind::plays, std::string_view("plays"), program.plays);
   visit(SectionKind::markers, std::string_view("markers"), program.markers);
   visit(SectionKind::knot_sources, std::string_view("knot_sources"), program.knot_sources);
   visit(SectionKind::sources, std::string_view("sources"), program.sources);
@@ -81,6 +81,7 @@ void visit_sections(AProgram& program, const Visit& visit) {
   visit(SectionKind::faces, std::string_view("faces"), program.faces);
   visit(SectionKind::string_begin, std::string_view("string_begin"), program.string_begin);
   visit(SectionKind::string_bytes, std::string_view("string_bytes"), program.string_bytes);
+  visit(SectionKind::inputs, std::string_view("inputs"), program.inputs);
 }
 
 [[nodiscard]] constexpr std::uint64_t align_to_8(std::uint64_t offset) { return (offset + 7U) & ~std::uint64_t{7}; }

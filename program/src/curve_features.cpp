@@ -19,8 +19,8 @@ struct Point {
 double magnitude(double value) { return value < 0.0 ? -value : value; }
 
 /// Inner Bézier values of a segment.
-Handles inner(const Program& p, const Knot& knot, const Knot& next) {
-  if (knot.shape < kShapeFirstReserved) return p.handles[knot.shape];
+Handles inner(const Program& p, const Curve& curve, const Knot& knot, const Knot& next) {
+  if (knot.shape < kShapeFirstReserved) return p.handles_of(curve, knot);
   if (knot.shape == kShapeHold) return {knot.value, knot.value};
   if (knot.shape == kShapeSmooth) return {knot.value, next.value};
   const float third = (next.value - knot.value) / 3.0F;
@@ -28,9 +28,10 @@ Handles inner(const Program& p, const Knot& knot, const Knot& next) {
 }
 
 /// Adds the turning points inside a segment: where the derivative, a quadratic in u, is 0.
-void add_turning_points(const Program& p, const Knot& knot, const Knot& next, std::vector<Point>& out) {
+void add_turning_points(const Program& p, const Curve& curve, const Knot& knot, const Knot& next,
+                        std::vector<Point>& out) {
   if (knot.shape >= kShapeFirstReserved) return;  // those go one way only
-  const Handles h = inner(p, knot, next);
+  const Handles h = inner(p, curve, knot, next);
   const double d0 = static_cast<double>(h.b1) - knot.value;
   const double d1 = static_cast<double>(h.b2) - h.b1;
   const double d2 = static_cast<double>(next.value) - h.b2;
@@ -46,8 +47,9 @@ void add_turning_points(const Program& p, const Knot& knot, const Knot& next, st
   }
   for (const double u : roots) {
     if (!(u > 1e-6 && u < 1.0 - 1e-6)) continue;
-    const auto t = knot.time_ns + static_cast<std::int64_t>(u * static_cast<double>(next.time_ns - knot.time_ns));
-    out.push_back({t, static_cast<double>(segment_value(p, knot, next, t))});
+    const auto t =
+        knot.time_ns() + static_cast<std::int64_t>(u * static_cast<double>(next.time_ns() - knot.time_ns()));
+    out.push_back({t, static_cast<double>(evaluate(p, curve, t))});
   }
 }
 
@@ -56,11 +58,11 @@ std::vector<Point> outline(const Program& p, const Curve& curve) {
   const auto knots = p.knots.subspan(curve.first_knot, curve.knot_count);
   std::vector<Point> out;
   for (std::size_t i = 0; i < knots.size(); ++i) {
-    out.push_back({knots[i].time_ns, static_cast<double>(knots[i].value)});
+    out.push_back({knots[i].time_ns(), static_cast<double>(knots[i].value)});
     if (i + 1 == knots.size()) break;
-    add_turning_points(p, knots[i], knots[i + 1], out);
+    add_turning_points(p, curve, knots[i], knots[i + 1], out);
     // A step holds up to its end.
-    if (knots[i].shape == kShapeHold) out.push_back({knots[i + 1].time_ns, static_cast<double>(knots[i].value)});
+    if (knots[i].shape == kShapeHold) out.push_back({knots[i + 1].time_ns(), static_cast<double>(knots[i].value)});
   }
   return out;
 }
@@ -129,8 +131,8 @@ CurveFeatures curve_features(const Program& program, const Curve& curve, double 
 double largest_difference(const Program& a, const Curve& of_a, const Program& b, const Curve& of_b,
                           std::int64_t slack_ns) {
   std::vector<std::int64_t> times;
-  for (const Knot& k : a.knots.subspan(of_a.first_knot, of_a.knot_count)) times.push_back(k.time_ns);
-  for (const Knot& k : b.knots.subspan(of_b.first_knot, of_b.knot_count)) times.push_back(k.time_ns);
+  for (const Knot& k : a.knots.subspan(of_a.first_knot, of_a.knot_count)) times.push_back(k.time_ns());
+  for (const Knot& k : b.knots.subspan(of_b.first_knot, of_b.knot_count)) times.push_back(k.time_ns());
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
   const auto value = [](const Program& p, const Curve& curve, std::int64_t t) {

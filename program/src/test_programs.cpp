@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <nms/program/evaluate.h>
+#include <nms/program/play.h>
 #include <nms/program/text.h>
 
 #include "container.h"
@@ -120,6 +121,10 @@ actuations
   AU12L zygomatic_major_L 1
   AU12L puff -0.1
   AU26 jaw 1.2
+
+inputs
+  greeting.nms path greeting.nms hash 00000000000000ff
+  "fac s" from greeting.nms path "stdlib/fac s.nms" hash fedcba9876543210
 )";
 
 Draft small_draft() { return from_text(kSmallProgram, "small").value(); }
@@ -154,7 +159,8 @@ Draft random_draft(std::mt19937& random) {
         continue;
       }
       const bool is_axis = draft.channels[c].kind == ChannelKind::axis;
-      Curve curve{ChannelId{c}, static_cast<std::uint32_t>(draft.knots.size()), 1 + below(30)};
+      Curve curve{ChannelId{c}, static_cast<std::uint32_t>(draft.knots.size()), 1 + below(30),
+                  static_cast<std::uint32_t>(draft.handles.size())};
       // Few distinct times, so that curves share them and jumps happen.
       std::int64_t time_ns = -static_cast<std::int64_t>(below(100)) * 10'000'000;
       bool is_jump = true;
@@ -162,9 +168,10 @@ Draft random_draft(std::mt19937& random) {
         const std::uint32_t step = is_jump ? 1 + below(5) : below(5);
         is_jump = step == 0;
         time_ns += static_cast<std::int64_t>(step) * 10'000'000;
-        Knot knot{time_ns, between(is_axis ? -1.0F : 0.0F, 1.0F), kShapeSmooth - below(3)};
+        const float value = between(is_axis ? -1.0F : 0.0F, 1.0F);
+        Knot knot{time_ns, value, static_cast<std::uint16_t>(kShapeSmooth - below(3))};
         if (below(3) == 0) {
-          knot.shape = static_cast<std::uint32_t>(draft.handles.size());
+          knot.shape = static_cast<std::uint16_t>(draft.handles.size() - curve.first_handle);
           draft.handles.push_back(is_axis ? Handles{between(-3, 3), between(-3, 3)}
                                           : Handles{between(-1, 2), between(-1, 2)});
         }
@@ -175,7 +182,6 @@ Draft random_draft(std::mt19937& random) {
     }
     draft.clips.push_back(clip);
   }
-  order_plays(draft);
   return draft;
 }
 
@@ -192,11 +198,13 @@ std::size_t exercise(const Program& program) {
   std::size_t high = 0;
   for (const Clip& clip : program.clips) {
     Player player(program, clip);
+    const BoundClip bound(program, clip);
     const std::int64_t middle_ns = clip.start_ns + (clip.end_ns - clip.start_ns) / 2;
     for (const std::int64_t time_ns :
          {clip.start_ns, middle_ns, middle_ns + 1, clip.end_ns, std::int64_t{0}, INT64_MIN, INT64_MAX}) {
       evaluate(program, clip, time_ns, values);
       player.advance(time_ns, values);
+      bound.evaluate(time_ns, values);
       for (const float value : values) {
         high += value > 0.5F ? 1U : 0U;
       }

@@ -9,6 +9,7 @@
 #include <fast_float/fast_float.h>
 #include <fmt/format.h>
 
+#include <nms/program/curve_shapes.h>
 #include <nms/program/text.h>
 
 #include "enum_names.h"
@@ -196,12 +197,11 @@ class Reader {
     if (!has_source_) {
       draft_.knot_sources.clear();
     }
-    order_plays(draft_);
     return std::move(draft_);
   }
 
  private:
-  enum class Section { none, tracks, channels, clip, muscle, actuations, landmarks };
+  enum class Section { none, tracks, channels, clip, muscle, actuations, landmarks, inputs };
   using Names = std::unordered_map<std::string, std::uint32_t>;
 
   bool want(std::string_view what) {
@@ -278,6 +278,17 @@ class Reader {
     return true;
   }
 
+  bool hash(Line& line, std::uint64_t& value) {
+    const bool has_word = line.bare() == "hash";
+    const std::string_view digits = line.bare();
+    const auto number = to_unsigned<std::uint64_t>(digits, 16);
+    if (!has_word || !number || digits.size() != 16) {
+      return want("\"hash\" and 16 hexadecimal digits");
+    }
+    value = *number;
+    return true;
+  }
+
   bool end(Line& line) { return line.at_end() || want("the end of the line"); }
 
   bool field(Line& line, StringId& id) { return name(line, id); }
@@ -321,6 +332,8 @@ class Reader {
         return actuation(line);
       case Section::landmarks:
         return landmark(line);
+      case Section::inputs:
+        return input(line);
     }
     return false;
   }
@@ -341,6 +354,10 @@ class Reader {
     }
     if (word == "landmarks") {
       section_ = Section::landmarks;
+      return end(line);
+    }
+    if (word == "inputs") {
+      section_ = Section::inputs;
       return end(line);
     }
     if (word == "clip") {
@@ -364,7 +381,7 @@ class Reader {
       }
       return (line.bare() == "surface" || want("\"surface\"")) && name(line, face.surface) && end(line);
     }
-    return want("tracks, channels, clip, face, landmarks, muscle or actuations");
+    return want("tracks, channels, clip, face, landmarks, muscle, actuations or inputs");
   }
 
   bool track(Line& line) {
@@ -414,14 +431,7 @@ class Reader {
     }
     clip.start_ns = *start;
     clip.end_ns = *end_time;
-    const bool has_word = line.bare() == "hash";
-    const std::string_view digits = line.bare();
-    const auto hash = to_unsigned<std::uint64_t>(digits, 16);
-    if (!has_word || !hash || digits.size() != 16) {
-      return want("\"hash\" and 16 hexadecimal digits");
-    }
-    clip.content_hash = *hash;
-    return end(line);
+    return hash(line, clip.content_hash) && end(line);
   }
 
   bool clip_line(Line& line) {
@@ -438,6 +448,8 @@ class Reader {
       ++clip.curve_count;
       has_curve_ = true;
       curve.first_knot = static_cast<std::uint32_t>(draft_.knots.size());
+      curve.first_handle = static_cast<std::uint32_t>(draft_.handles.size());
+      shapes_.clear();
       std::uint32_t channel = 0;
       if (!known_name(rest, channels_, "a channel named before", channel)) {
         return false;
@@ -452,9 +464,14 @@ class Reader {
     Knot& knot = draft_.knots.emplace_back();
     std::uint32_t& source = draft_.knot_sources.emplace_back(kNone);
     ++draft_.curves.back().knot_count;
-    if (!time(line, knot.time_ns) || !number(line, knot.value)) {
+    std::int64_t time_ns = 0;
+    if (!time(line, time_ns) || !number(line, knot.value)) {
       return false;
     }
+    if (time_ns < -kTimeLimit_ns || time_ns > kTimeLimit_ns) {
+      return want("a time within 100000s of 0s");
+    }
+    knot = Knot(time_ns, knot.value, kShapeHold);
     const std::string_view shape = line.bare();
     if (shape == "smooth") {
       knot.shape = kShapeSmooth;
@@ -463,16 +480,26 @@ class Reader {
     } else if (shape == "hold") {
       knot.shape = kShapeHold;
     } else if (shape == "cubic") {
-      knot.shape = static_cast<std::uint32_t>(draft_.handles.size());
-      Handles& handles = draft_.handles.emplace_back();
-      if (!(line.take('(') && number(line, handles.b1) && line.take(',') && number(line, handles.b2) &&
-            line.take(')'))) {
-        return want("two inner values as cubic(0.2, 0.4)");
+      if (!cubic(line, knot.shape)) {
+        return false;
       }
     } else {
       return want("smooth, linear, hold or cubic(0.2, 0.4)");
     }
     return line.take(';') ? this->source(line, source) : end(line);
+  }
+
+  bool cubic(Line& line, std::uint16_t& shape) {
+    Handles handles;
+    if (!(line.take('(') && number(line, handles.b1) && line.take(',') && number(line, handles.b2) && line.take(')'))) {
+      return want("two inner values as cubic(0.2, 0.4)");
+    }
+    const std::optional<std::uint16_t> found = shapes_.shape(handles, draft_.handles);
+    if (!found) {
+      return want("no more different cubics in one curve");
+    }
+    shape = *found;
+    return true;
   }
 
   bool source(Line& line, std::uint32_t& index) {
@@ -536,7 +563,26 @@ class Reader {
            end(line);
   }
 
+  bool input(Line& line) {
+    Input& input = draft_.inputs.emplace_back();
+    if (!name(line, input.name)) {
+      return false;
+    }
+    Line rest = line;
+    if (rest.bare() == "from") {
+      line = rest;
+      if (!name(line, input.from)) {
+        return false;
+      }
+    }
+    if (line.bare() != "path") {
+      return want("\"path\" and a path");
+    }
+    return name(line, input.path) && hash(line, input.hash) && end(line);
+  }
+
   Draft draft_;
+  CurveShapes shapes_;  ///< of the curve being read
   Section section_ = Section::none;
   bool has_curve_ = false;   ///< the clip being read has one, so knots can stand
   bool has_source_ = false;  ///< any knot has one

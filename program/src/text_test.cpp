@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "container.h"
@@ -56,16 +57,15 @@ TEST(text, keeps_every_number_and_name_to_the_bit) {
   channel.name = StringId{2};
   channel.title = StringId{3};
   draft.channels = {channel};
-  draft.knots = {{-999'999'999'999'999, -0.0F, 0},
+  draft.knots = {{-99'999'999'999'999, -0.0F, 0},
                  {-1, 1e-45F, kShapeHold},
                  {0, 0.1F, kShapeLinear},
-                 {1'000'000'000'000'000, 0.99999994F, kShapeSmooth}};
+                 {kTimeLimit_ns, 0.99999994F, kShapeSmooth}};
   draft.handles = {{-1.0F, 1.9999999F}};
-  draft.curves = {{ChannelId{0}, 0, 4}};
+  draft.curves = {{ChannelId{0}, 0, 4, 0}};
   Clip clip;
   clip.curve_count = 1;
   draft.clips = {clip};
-  order_plays(draft);
   const Image image = Image::from(draft).value();
   const std::string text = to_text(image.program());
   const Draft again = from_text(text, "again").value();
@@ -76,7 +76,22 @@ TEST(text, keeps_every_number_and_name_to_the_bit) {
   EXPECT_EQ(again.handles[0].b2, 1.9999999F);
   EXPECT_EQ(again.strings[static_cast<std::size_t>(again.channels[0].name)], draft.strings[2]);
   EXPECT_NE(text.find("    -0.000000001s 1e-45 hold\n"), std::string::npos) << text;
-  EXPECT_NE(text.find("    -999999.999999999s -0 cubic(-1, 1.9999999)\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("    -99999.999999999s -0 cubic(-1, 1.9999999)\n"), std::string::npos) << text;
+}
+
+TEST(text, has_room_for_as_many_different_cubics_in_a_curve_as_a_shape_can_count) {
+  std::string text = "nms program 1\nchannels\n  x action_unit\nclip c pose 0s..1s hash 0000000000000000\n  curve x\n";
+  for (int i = 0; i < kShapeFirstReserved; ++i) {
+    text += fmt::format("    {}ns 0 cubic(0, {})\n", i, static_cast<float>(i) / 65536.0F);
+  }
+  text += "    1s 0 cubic(0, 0)\n";  // one there was
+  const auto draft = from_text(text, "t");
+  ASSERT_TRUE(draft) << draft.error().place << draft.error().cause;
+  EXPECT_EQ(draft->handles.size(), std::size_t{kShapeFirstReserved});
+  EXPECT_TRUE(Image::from(*draft));
+  const auto more = from_text(text + "    2s 0 cubic(0, 1)\n", "t");
+  ASSERT_FALSE(more);
+  EXPECT_EQ(more.error().cause, "expected no more different cubics in one curve");
 }
 
 TEST(text, that_is_not_a_programs_is_refused_with_its_line) {
@@ -118,6 +133,11 @@ TEST(text, that_is_not_a_programs_is_refused_with_its_line) {
       {curve + "    0s 0 hold ; a:1\n", "t:6"},
       {curve + "    0s 0 hold ; a:4294967296:1\n", "t:6"},
       {curve + "    0s 0 hold ; a:1:1 b c\n", "t:6"},
+      {curve + "    100000.000000001s 0 hold\n", "t:6"},
+      {"inputs\n  a from\n", "t:3"},
+      {"inputs\n  a hash 0000000000000000\n", "t:3"},
+      {"inputs\n  a path b hash 0\n", "t:3"},
+      {"inputs\n  a path b hash 0000000000000000 c\n", "t:3"},
       {"muscle m lever\n", "t:2"},
       {"muscle m linear\n  strength 3\n", "t:3"},
       {"muscle m linear\n  slide 3 4\n", "t:3"},
@@ -165,7 +185,7 @@ TEST(text, may_have_comments_blank_lines_and_windows_line_ends) {
       "t");
   ASSERT_TRUE(draft) << draft.error().place << draft.error().cause;
   EXPECT_EQ(draft->clips[0].end_ns, 1'500'000'000);
-  EXPECT_EQ(draft->knots[0].time_ns, 1);
+  EXPECT_EQ(draft->knots[0].time_ns(), 1);
 }
 
 }  // namespace

@@ -39,6 +39,9 @@ class Writer {
     if (options.rig) {
       rig();
     }
+    if (options.rig && options.channels) {
+      inputs();
+    }
     return std::move(text_);
   }
 
@@ -168,15 +171,15 @@ class Writer {
       word(program_.channels[static_cast<std::size_t>(curve.channel)].name);
       add("\n");
       for (std::uint32_t k = 0; k < curve.knot_count; ++k) {
-        knot(curve.first_knot + k);
+        knot(curve, curve.first_knot + k);
       }
     }
   }
 
-  void knot(std::uint32_t index) {
+  void knot(const Curve& curve, std::uint32_t index) {
     const Knot& knot = program_.knots[index];
     add("    ");
-    time(knot.time_ns);
+    time(knot.time_ns());
     add(" {} ", knot.value);
     if (knot.shape == kShapeSmooth) {
       add("smooth");
@@ -185,7 +188,7 @@ class Writer {
     } else if (knot.shape == kShapeHold) {
       add("hold");
     } else {
-      const Handles& handles = program_.handles[knot.shape];
+      const Handles& handles = program_.handles_of(curve, knot);
       add("cubic({}, {})", handles.b1, handles.b2);
     }
     const std::uint32_t source_index = program_.knot_sources.empty() ? kNone : program_.knot_sources[index];
@@ -243,6 +246,21 @@ class Writer {
       add(" ");
       word(program_.muscles[static_cast<std::size_t>(actuation.muscle)].name);
       add(" {}\n", actuation.share);
+    }
+  }
+
+  void inputs() {
+    if (program_.inputs.empty()) {
+      return;
+    }
+    begin_section();
+    add("inputs\n");
+    for (const Input& input : program_.inputs) {
+      add("  ");
+      word(input.name);
+      field("from", input.from);
+      field("path", input.path);
+      add(" hash {:016x}\n", input.hash);
     }
   }
 

@@ -71,12 +71,12 @@ std::vector<std::int64_t> break_times(const program::Program& program, const pro
     const program::Curve& curve = program.curves[clip.first_curve + c];
     for (std::uint32_t k = 0; k < curve.knot_count; ++k) {
       const program::Knot& knot = program.knots[curve.first_knot + k];
-      add(knot.time_ns);
+      add(knot.time_ns());
       if (k == 0) continue;
       const program::Knot& before = program.knots[curve.first_knot + k - 1];
-      const bool jumps = before.time_ns == knot.time_ns || before.shape == program::kShapeHold;
+      const bool jumps = before.time_ns() == knot.time_ns() || before.shape == program::kShapeHold;
       if (jumps && before.value != knot.value) {
-        const std::int64_t t = knot.time_ns - kShortest_ns;
+        const std::int64_t t = knot.time_ns() - kShortest_ns;
         if (t < clip.end_ns) add(t);
       }
     }

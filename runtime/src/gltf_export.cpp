@@ -128,7 +128,7 @@ class Export {
           const program::Knot& knot = program_.knots[curve.first_knot + k];
           if (knot.value * sign > 0.0F) return true;
           if (knot.shape < program::kShapeFirstReserved && k + 1 < curve.knot_count) {
-            const program::Handles& handles = program_.handles[knot.shape];
+            const program::Handles& handles = program_.handles_of(curve, knot);
             if (handles.b1 * sign > 0.0F || handles.b2 * sign > 0.0F) return true;
           }
         }

@@ -24,7 +24,6 @@ struct Program {
   std::span<const Curve> curves;
   std::span<const Knot> knots;
   std::span<const Handles> handles;
-  std::span<const std::uint32_t> plays;  ///< knot indices, see Clip::first_play
   std::span<const Marker> markers;
   std::span<const std::uint32_t> knot_sources;  ///< one for each knot: index into sources or kNone; or empty
   std::span<const Source> sources;
@@ -34,9 +33,15 @@ struct Program {
   std::span<const FaceReference> faces;
   std::span<const std::uint32_t> string_begin;  ///< offsets into string_bytes, one more than there are strings
   std::span<const char> string_bytes;           ///< UTF-8
+  std::span<const Input> inputs;                ///< all that the compiler read, in its order; or empty: not known
 
   /// @pre id is of this program
   [[nodiscard]] std::string_view string(StringId id) const;
+  /// The inner control values of a knot's segment.
+  /// @pre knot is of curve, and its shape is none of the named
+  [[nodiscard]] const Handles& handles_of(const Curve& curve, const Knot& knot) const {
+    return handles[std::size_t{curve.first_handle} + knot.shape];
+  }
   /// The clip of that name, or nullptr.
   [[nodiscard]] const Clip* find_clip(std::string_view name) const;
 };
@@ -49,7 +54,6 @@ struct Draft {
   std::vector<Curve> curves;
   std::vector<Knot> knots;
   std::vector<Handles> handles;
-  std::vector<std::uint32_t> plays;
   std::vector<Marker> markers;
   std::vector<std::uint32_t> knot_sources;
   std::vector<Source> sources;
@@ -58,10 +62,11 @@ struct Draft {
   std::vector<Landmark> landmarks;
   std::vector<FaceReference> faces;
   std::vector<std::string> strings{std::string()};  ///< [0] is the empty string
+  std::vector<Input> inputs;
 };
 
-/// Fills `plays` of every clip from its curves. The compiler's last step before `encode`.
-void order_plays(Draft& draft);
+/// XXH3-64 of a source's bytes: what `Input::hash` holds.
+[[nodiscard]] std::uint64_t text_hash(std::string_view text);
 
 /// The `.auc` bytes of a draft. Deterministic: the same draft gives the same bytes on every machine.
 [[nodiscard]] std::vector<std::byte> encode(const Draft& draft);
@@ -69,7 +74,8 @@ void order_plays(Draft& draft);
 /// Checks every offset, count, order, index, enumerator and number of an `.auc` image before a byte is trusted.
 /// @param bytes aligned to 8; must outlive the result
 /// @param place what to call the bytes in a failure: a path, or "-"
-/// Failures: not_a_program, newer_version, truncated_program, corrupt_program (checksum), invalid_program (a table).
+/// Failures: not_a_program, newer_version, older_version, truncated_program, corrupt_program (checksum),
+/// invalid_program (a table).
 [[nodiscard]] tl::expected<Program, Failure> check(std::span<const std::byte> bytes, std::string_view place);
 
 /// A program together with the bytes it lies in. Movable, not copyable.

@@ -62,19 +62,34 @@ struct Channel {
 };
 
 /// How a segment goes from its knot's value to the next knot's.
-/// Any other `Knot::shape` is an index into the handle table: the two inner Bézier control values.
-inline constexpr std::uint32_t kShapeSmooth = 0xFFFFFFFFU;  ///< 3u^2 - 2u^3: inner values v0, v1
-inline constexpr std::uint32_t kShapeLinear = 0xFFFFFFFEU;  ///< inner values v0 + (v1-v0)/3, v0 + 2(v1-v0)/3
-inline constexpr std::uint32_t kShapeHold = 0xFFFFFFFDU;    ///< v0 up to, not including, the next knot (a step)
-inline constexpr std::uint32_t kShapeFirstReserved = 0xFFFFFFF0U;
+/// Any other `Knot::shape` counts in the handles of its curve: the two inner Bézier control values.
+inline constexpr std::uint16_t kShapeSmooth = 0xFFFF;         ///< 3u^2 - 2u^3: inner values v0, v1
+inline constexpr std::uint16_t kShapeLinear = 0xFFFE;         ///< inner values v0 + (v1-v0)/3, v0 + 2(v1-v0)/3
+inline constexpr std::uint16_t kShapeHold = 0xFFFD;           ///< v0 up to, not including, the next knot (a step)
+inline constexpr std::uint16_t kShapeFirstReserved = 0xFFF0;  ///< so this many different cubics in one curve at most
+
+/// Times lie within 10^14 ns (27 hours) of a clip's origin: they fit 48 bits, and differences are exact in double.
+inline constexpr std::int64_t kTimeLimit_ns = 100'000'000'000'000;
 
 /// A knot of a curve: the value there, exactly, and the shape of the segment that starts there.
 /// Times of one curve ascend; two knots (not three) may share a time: a jump, and the value there is the second's.
 /// Before the first knot the first value holds, after the last knot the last one: neutral ends are knots of value 0.
 struct Knot {
-  std::int64_t time_ns = 0;
+  std::uint32_t time_low = 0;  ///< the time's low 32 bits
+  std::int16_t time_high = 0;  ///< and those above them: time_high * 2^32 + time_low  [ns]
+  std::uint16_t shape = kShapeHold;
   float value = 0.0F;
-  std::uint32_t shape = kShapeHold;
+
+  Knot() = default;
+  /// @pre the time is within kTimeLimit_ns of 0; another is kept modulo 2^48
+  constexpr Knot(std::int64_t time_ns, float value_at, std::uint16_t shape_from)
+      : time_low(static_cast<std::uint32_t>(time_ns)),
+        time_high(static_cast<std::int16_t>(time_ns >> 32U)),
+        shape(shape_from),
+        value(value_at) {}
+  [[nodiscard]] constexpr std::int64_t time_ns() const {
+    return static_cast<std::int64_t>(time_high) * 0x1'0000'0000 + static_cast<std::int64_t>(time_low);
+  }
 };
 
 /// Inner control values b1, b2 of a cubic Bézier segment: (1-u)^3 v0 + 3(1-u)^2 u b1 + 3(1-u) u^2 b2 + u^3 v1.
@@ -85,10 +100,13 @@ struct Handles {
 
 /// One channel's curve in one clip: knots [first_knot, first_knot + knot_count), at least one.
 /// A clip's curves are ordered by channel; a channel occurs once in a clip.
+/// Curves share out the handle table in their order: a curve's begin at `first_handle`, and each is first used in its
+/// turn, so a knot's shape is at most one past the shapes of the knots before it.
 struct Curve {
   ChannelId channel{};
   std::uint32_t first_knot = 0;
   std::uint32_t knot_count = 0;
+  std::uint32_t first_handle = 0;
 };
 
 enum class ClipKind : std::uint8_t { pose, expression, timeline, entry, utterance, discourse };
@@ -105,9 +123,6 @@ struct Clip {
   std::uint32_t curve_count = 0;
   std::uint32_t first_marker = 0;
   std::uint32_t marker_count = 0;
-  /// The play list: this many knots of this clip, as indices into the knot table, ordered by time, then channel.
-  std::uint32_t first_play = 0;
-  std::uint32_t play_count = 0;
   std::uint64_t content_hash = 0;  ///< XXH3-64 over all that the clip's declaration depends on
 };
 
@@ -141,6 +156,16 @@ struct Source {
   std::uint32_t line = 0;    ///< from 1
   std::uint32_t column = 0;  ///< from 1, in bytes
   StringId entry{};          ///< the lexicon entry, expression or pose that made it; may be empty
+};
+
+/// One file a compiler read, and how it came to: the text called `name` in the file `from` was found at `path`.
+/// While every name still leads to the same path and the same text, the same compiler makes the same program of them.
+struct Input {
+  StringId name{};  ///< as written after `use`; of a file named on the command line: its path
+  StringId from{};  ///< path of the file that uses it; empty: named on the command line
+  StringId path{};  ///< relative, or "stdlib/..."
+  std::uint8_t zero[4] = {};
+  std::uint64_t hash = 0;  ///< text_hash() of its text
 };
 
 // ------------------------------------------------------------------------------------------------ rig
@@ -207,9 +232,11 @@ struct FaceReference {
   StringId surface{};  ///< path of its geometry, relative to the file that declares it
 };
 
-static_assert(sizeof(Track) == 8 && sizeof(Channel) == 32 && sizeof(Knot) == 16 && sizeof(Handles) == 8);
-static_assert(sizeof(Curve) == 12 && sizeof(Clip) == 56 && sizeof(Marker) == 16 && sizeof(Source) == 16);
+static_assert(sizeof(Track) == 8 && sizeof(Channel) == 32 && sizeof(Knot) == 12 && sizeof(Handles) == 8);
+static_assert(sizeof(Curve) == 16 && sizeof(Clip) == 48 && sizeof(Marker) == 16 && sizeof(Source) == 16 &&
+              sizeof(Input) == 24);
 static_assert(sizeof(Muscle) == 96 && sizeof(Actuation) == 12 && sizeof(Landmark) == 16 && sizeof(FaceReference) == 8);
-static_assert(std::is_trivially_copyable_v<Muscle> && std::is_trivially_copyable_v<Clip>);
+static_assert(std::is_trivially_copyable_v<Knot> && std::is_trivially_copyable_v<Muscle> &&
+              std::is_trivially_copyable_v<Clip>);
 
 }  // namespace nms::program
