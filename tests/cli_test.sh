@@ -219,7 +219,7 @@ holds "list" cmp out want
 expect 0 "list of a program" "$nmsc" list good.auc
 holds "list of a program" cmp out want
 expect 0 "dump of a program" "$nmsc" dump good.auc
-cp out dumped
+sed '/^inputs$/,$d' out | sed '$d' >dumped # what was read stands in programs only
 expect 0 "dump of its source" "$nmsc" dump good.nms
 holds "a program and its source dump the same" cmp out dumped
 expect 0 "sample --at" "$nmsc" sample good.nms --clip smile --at 0,500ms,1s,2
@@ -240,6 +240,45 @@ for at in "," "1,,2"; do expect_stdin 1 "sample at '$at'" /dev/null "$nmsc" samp
 printf 'timeline long 90000s { blink at 0s }\n' >long.nms
 expect 1 "too many rows" "$nmsc" sample long.nms --clip long --fps 1000
 says "too many rows" "too_many_rows"
+
+# ---- A program beside its source: what is printed is the same with it and without
+mkdir beside
+cp good.nms beside/x.nms
+expect 0 "list without a program beside" "$nmsc" list beside/x.nms
+cp out list.want
+expect 0 "sample without a program beside" "$nmsc" sample beside/x.nms --clip smile --fps 25
+cp out sample.want
+expect 0 "compile beside" "$nmsc" compile beside/x.nms -o beside/x.auc
+expect 0 "list beside" "$nmsc" list beside/x.nms
+holds "list beside is the same" cmp out list.want
+silent "list beside" err
+expect 0 "sample beside" "$nmsc" sample beside/x.nms --clip smile --fps 25
+holds "sample beside is the same" cmp out sample.want
+expect 0 "compile with a face" "$nmsc" compile --face ada beside/x.nms -o beside/x.auc
+expect 0 "list beside, with a face" "$nmsc" list beside/x.nms
+holds "list beside is the same with a face" cmp out list.want
+expect 0 "dump with a face" "$nmsc" dump beside/x.auc
+holds "a program says what was read" grep -q '^  nmsc path' out
+holds "a program describes its face" grep -q '^face ada' out
+expect 1 "compile with no face" "$nmsc" compile --face bob beside/x.nms -o beside/y.auc
+says "compile with no face" "unknown_face"
+# Stale: the text counts, and nothing is said.
+printf 'pose other = 10%% AU4\nexpression late 1s { 100%%: other }\n' >>beside/x.nms
+expect 0 "list of a changed source" "$nmsc" list beside/x.nms
+holds "a changed source counts" grep -q '^late' out
+silent "list of a changed source" err
+# Damaged: the text counts, and it is said.
+expect 0 "compile beside again" "$nmsc" compile beside/x.nms -o beside/x.auc
+expect 0 "list of the changed source" "$nmsc" list beside/x.nms
+cp out list.want
+head -c 1000 beside/x.auc >beside/cut && mv beside/cut beside/x.auc
+expect 0 "list beside a cut program" "$nmsc" list beside/x.nms
+holds "a source beside a cut program counts" cmp out list.want
+says "list beside a cut program" "warning truncated_program"
+expect 1 "a cut program, warnings denied" "$nmsc" --deny warnings list beside/x.nms
+cp good.nms beside/x.auc
+expect 0 "list beside what is no program" "$nmsc" list beside/x.nms
+says "list beside what is no program" "warning not_a_program"
 
 # ---- test
 cat >tests.nms <<'NMS'

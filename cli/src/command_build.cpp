@@ -37,7 +37,7 @@ std::vector<const program::Clip*> chosen_clips(const BuildOptions& options, cons
 /// sources -> program -> an avatar that others made, on disk.
 void run_on_avatar(const GlobalOptions& global, const BuildOptions& options, SourceFiles& sources,
                    lang::Diagnostics& diagnostics) {
-  const auto image = load_program(global, options.files, "", sources, diagnostics);
+  const auto image = load_program(global, options.files, "", sources, diagnostics, Reuse::program_beside);
   if (!image) return;
   const auto clips = chosen_clips(options, image->program(), diagnostics);
   if (clips.empty()) return;
@@ -70,7 +70,7 @@ void run_on_avatar(const GlobalOptions& global, const BuildOptions& options, Sou
 /// sources -> program -> face -> rig -> GLB, on disk.
 void run(const GlobalOptions& global, const BuildOptions& options, SourceFiles& sources,
          lang::Diagnostics& diagnostics) {
-  const auto image = load_program(global, options.files, options.face, sources, diagnostics);
+  const auto image = load_program(global, options.files, options.face, sources, diagnostics, Reuse::program_beside);
   if (!image) return;
   const program::Program& program = image->program();
 

@@ -13,7 +13,7 @@ namespace nms::cli {
 int gloss(const GlobalOptions& global, const std::string& file, const std::string& clip_name) {
   SourceFiles sources(global.stdlib);
   lang::Diagnostics diagnostics;
-  const auto image = load_program(global, {file}, "", sources, diagnostics);
+  const auto image = load_program(global, {file}, "", sources, diagnostics, Reuse::program_beside);
   if (!image) return finish(global, diagnostics);
   const program::Program& program = image->program();
   const program::Clip* only = nullptr;

@@ -30,7 +30,7 @@ int list(const GlobalOptions& global, const std::vector<std::string>& files, boo
     std::fwrite(out.data(), 1, out.size(), stdout);
     return finish(global, diagnostics);
   }
-  if (const auto image = load_program(global, files, "", sources, diagnostics)) {
+  if (const auto image = load_program(global, files, "", sources, diagnostics, Reuse::program_beside)) {
     const program::Program& p = image->program();
     std::string out;
     for (const program::Clip& c : p.clips)

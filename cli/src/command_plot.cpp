@@ -12,7 +12,7 @@ namespace nms::cli {
 int plot(const GlobalOptions& global, const PlotOptions& options) {
   SourceFiles sources(global.stdlib);
   lang::Diagnostics diagnostics;
-  const auto image = load_program(global, {options.file}, "", sources, diagnostics);
+  const auto image = load_program(global, {options.file}, "", sources, diagnostics, Reuse::program_beside);
   if (!image) return finish(global, diagnostics);
   const program::Clip* clip = find_clip(image->program(), options.clip, options.file, diagnostics);
   if (clip == nullptr) return finish(global, diagnostics);

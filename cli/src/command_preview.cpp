@@ -175,7 +175,7 @@ void run(const GlobalOptions& global, const PreviewOptions& options, SourceFiles
   const auto views = read_views(options.views, diagnostics);
   const auto times = options.times.empty() ? std::vector<std::int64_t>() : read_times(options.times, diagnostics);
   if (!views || !times) return;
-  const auto image = load_program(global, options.files, options.face, sources, diagnostics);
+  const auto image = load_program(global, options.files, options.face, sources, diagnostics, Reuse::program_beside);
   if (!image) return;
   const program::Program& program = image->program();
   const program::Clip* clip = nullptr;

@@ -87,7 +87,7 @@ void print_csv(const program::Program& program, const program::Clip& clip, const
 int sample(const GlobalOptions& global, const SampleOptions& options) {
   SourceFiles sources(global.stdlib);
   lang::Diagnostics diagnostics;
-  const auto image = load_program(global, {options.file}, options.face, sources, diagnostics);
+  const auto image = load_program(global, {options.file}, options.face, sources, diagnostics, Reuse::program_beside);
   if (!image) return finish(global, diagnostics);
   const program::Program& program = image->program();
   const program::Clip* clip = find_clip(program, options.clip, options.file, diagnostics);

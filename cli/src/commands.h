@@ -33,7 +33,9 @@ int build(const GlobalOptions& global, const BuildOptions& options);
 
 int check(const GlobalOptions& global, const std::vector<std::string>& files);
 
-int compile(const GlobalOptions& global, const std::vector<std::string>& files, const std::string& output);
+/// @param face  the face whose rig description goes into the program; empty: none
+int compile(const GlobalOptions& global, const std::vector<std::string>& files, const std::string& face,
+            const std::string& output);
 
 struct DiffOptions {
   std::string before;

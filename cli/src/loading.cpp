@@ -8,6 +8,7 @@
 #include <nms/compiler/compile.h>
 #include <nms/runtime/face_x3d.h>
 
+#include "program_beside.h"
 #include "report.h"
 #include "time_table_file.h"
 
@@ -85,44 +86,85 @@ std::optional<std::vector<compiler::TimeTable>> load_time_tables(const GlobalOpt
   return tables;
 }
 
-std::optional<program::Image> load_program(const GlobalOptions& global, const std::vector<std::string>& files,
-                                           const std::string& face, SourceFiles& sources,
-                                           lang::Diagnostics& diagnostics) {
-  if (files.size() == 1 && is_program(files[0])) {
-    if (!global.marks.empty()) {
-      add_failure(diagnostics, {"wrong_input", files[0], "a compiled program has its times already",
-                                "give --marks together with the sources"});
-      return std::nullopt;
-    }
-    auto bytes = read_file(files[0]);
-    if (!bytes) {
-      add_failure(diagnostics, bytes.error());
-      return std::nullopt;
-    }
-    auto image = program::Image::load(std::as_bytes(std::span(bytes->data(), bytes->size())), files[0]);
-    if (image) return std::move(*image);
-    add_failure(diagnostics, image.error());
-    return std::nullopt;
-  }
+namespace {
+
+/// The sources named, and the face's behind them; nothing if one of them is not there.
+std::optional<std::vector<std::shared_ptr<const lang::Source>>> roots_with_face(const std::vector<std::string>& files,
+                                                                                const std::string& face,
+                                                                                SourceFiles& sources,
+                                                                                lang::Diagnostics& diagnostics) {
   std::vector<std::shared_ptr<const lang::Source>> roots = load_roots(files, sources, diagnostics);
   if (diagnostics.error_count() != 0) return std::nullopt;
+  if (face.empty()) return roots;
+  const auto source = face_source(face, sources);
+  if (!source) {
+    add_failure(diagnostics, {"unknown_face", face, "there is no face of that name",
+                              "the standard library has: ada; or give the path of a .nms file that declares one"});
+    return std::nullopt;
+  }
+  if (std::find(roots.begin(), roots.end(), source) == roots.end()) roots.push_back(source);
+  return roots;
+}
+
+std::optional<LoadedProgram> map_program(const GlobalOptions& global, const std::string& file,
+                                         lang::Diagnostics& diagnostics) {
+  if (!global.marks.empty()) {
+    add_failure(diagnostics, {"wrong_input", file, "a compiled program has its times already",
+                              "give --marks together with the sources"});
+    return std::nullopt;
+  }
+  auto program = LoadedProgram::map(file);
+  if (program) return std::move(*program);
+  add_failure(diagnostics, program.error());
+  return std::nullopt;
+}
+
+/// The program beside the one source named, if it is up to date. One that cannot be read is warned of: a text's program
+/// may well be old, but not broken.
+std::optional<LoadedProgram> map_beside(const GlobalOptions& global, const std::vector<std::string>& files,
+                                        const std::string& face,
+                                        const std::vector<std::shared_ptr<const lang::Source>>& roots,
+                                        SourceFiles& sources, lang::Diagnostics& diagnostics) {
+  const std::string path = files.size() == 1 && global.marks.empty() ? path_beside(files[0]) : std::string();
+  std::error_code error;
+  if (path.empty() || !std::filesystem::is_regular_file(path, error)) return std::nullopt;
+  auto program = LoadedProgram::map(path);
+  if (program) {
+    if (!is_up_to_date(program->program(), roots, face.empty(), sources)) return std::nullopt;
+    return std::move(*program);
+  }
+  program::Failure failure = program.error();
+  if (failure.kind != "older_version" && failure.kind != "newer_version") {
+    failure.remedy = "the source was compiled in its place; write it again with nmsc compile, or remove it";
+    add_failure(diagnostics, failure, lang::Severity::warning);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<LoadedProgram> load_program(const GlobalOptions& global, const std::vector<std::string>& files,
+                                          const std::string& face, SourceFiles& sources, lang::Diagnostics& diagnostics,
+                                          Reuse reuse) {
+  if (files.size() == 1 && is_program(files[0])) return map_program(global, files[0], diagnostics);
+  const auto roots = roots_with_face(files, face, sources, diagnostics);
+  if (!roots) return std::nullopt;
+  if (reuse == Reuse::program_beside)
+    if (auto program = map_beside(global, files, face, *roots, sources, diagnostics)) return program;
   auto tables = load_time_tables(global, sources, diagnostics);
   if (!tables) return std::nullopt;
   compiler::CompileOptions options;
   options.times = std::move(*tables);
-  if (!face.empty()) {
-    const auto source = face_source(face, sources);
-    if (!source) {
-      add_failure(diagnostics, {"unknown_face", face, "there is no face of that name",
-                                "the standard library has: ada; or give the path of a .nms file that declares one"});
-      return std::nullopt;
-    }
-    if (std::find(roots.begin(), roots.end(), source) == roots.end()) roots.push_back(source);
-    if (!face.ends_with(".nms")) options.face = face;
-  }
-  const auto draft = compiler::compile(roots, sources, diagnostics, options);
+  if (!face.empty() && !face.ends_with(".nms")) options.face = face;
+  InputRecorder recorder(sources);
+  auto draft = compiler::compile(*roots, recorder, diagnostics, options);
   if (!draft) return std::nullopt;
-  return checked_image(*draft, diagnostics);
+  // Whoever reads the program later gets what compiling would give, and that is no diagnostics; and the text alone has
+  // no times from outside.
+  if (reuse == Reuse::note_inputs && diagnostics.all().empty() && global.marks.empty()) recorder.note(*roots, *draft);
+  auto image = checked_image(*draft, diagnostics);
+  if (!image) return std::nullopt;
+  return LoadedProgram(std::move(*image));
 }
 
 std::optional<runtime::Face> load_face(const program::Program& program, const std::string& face, SourceFiles& sources,

@@ -10,6 +10,7 @@
 #include <nms/runtime/face.h>
 
 #include "commands.h"
+#include "loaded_program.h"
 #include "source_files.h"
 
 namespace nms::cli {
@@ -27,13 +28,21 @@ namespace nms::cli {
                                                                                SourceFiles& sources,
                                                                                lang::Diagnostics& diagnostics);
 
+/// What a compiled program beside its source, x.auc for x.nms, has to do with the matter.
+enum class Reuse {
+  none,
+  note_inputs,     ///< compile, and note in the program what was read, so that it can stand for its source
+  program_beside,  ///< use it, if it is what compiling the source would make; a damaged one is warned of
+};
+
 /// A program from files: `.nms` sources are compiled together, with the tables of times that go with them; a single
-/// `.auc` is loaded and checked.
+/// `.auc` is mapped and checked.
 /// @param face  the face whose rig description is wanted too; empty: none
 /// Nothing: `diagnostics` says why.
-[[nodiscard]] std::optional<program::Image> load_program(const GlobalOptions& global,
-                                                         const std::vector<std::string>& files, const std::string& face,
-                                                         SourceFiles& sources, lang::Diagnostics& diagnostics);
+[[nodiscard]] std::optional<LoadedProgram> load_program(const GlobalOptions& global,
+                                                        const std::vector<std::string>& files, const std::string& face,
+                                                        SourceFiles& sources, lang::Diagnostics& diagnostics,
+                                                        Reuse reuse = Reuse::none);
 
 /// The face that a program's rig description names: its geometry.
 [[nodiscard]] std::optional<runtime::Face> load_face(const program::Program& program, const std::string& face,

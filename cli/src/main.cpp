@@ -106,7 +106,10 @@ int main(int argc, char** argv) try {
   CLI::App* compile_command = app.add_subcommand("compile", "Compile to an AU curve program (.auc)");
   compile_command->add_option("FILE", files, "Sources")->required();
   compile_command->add_option("-o,--output", output, "The .auc to write")->required()->type_name("OUT.auc");
-  compile_command->callback([&] { chosen = [&] { return compile(global, files, output); }; });
+  std::string compile_face;
+  compile_command->add_option("--face", compile_face, "Describe this face's rig too, for build and preview")
+      ->type_name("NAME");
+  compile_command->callback([&] { chosen = [&] { return compile(global, files, compile_face, output); }; });
 
   DiffOptions diff_options;
   CLI::App* diff_command = app.add_subcommand("diff", "Say what changed in meaning between two versions");

@@ -8,8 +8,8 @@
 
 #include <fmt/format.h>
 
+#include <nms/program/utf8.h>
 #include "enum_names.h"
-#include "utf8.h"
 
 namespace nms::program {
 namespace {

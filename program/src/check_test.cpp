@@ -9,9 +9,9 @@
 #include <nms/program/evaluate.h>
 #include <nms/program/text.h>
 
+#include <nms/program/utf8.h>
 #include "container.h"
 #include "test_programs.h"
-#include "utf8.h"
 
 namespace nms::program {
 namespace {

@@ -1,4 +1,4 @@
-#include "utf8.h"
+#include <nms/program/utf8.h>
 
 #include <cstddef>
 
