@@ -1,6 +1,9 @@
 #include <nms/program/text.h>
 
 #include <cstring>
+#include <fstream>
+#include <iterator>
+#include <set>
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -176,6 +179,85 @@ TEST(text, names_each_enumerator_once) {
   expect_names_lead_back<MarkerKind>();
   expect_names_lead_back<MuscleKind>();
   expect_names_lead_back<Falloff>();
+}
+
+/// Which enumerators of one type a program's records hold, by name.
+template <typename Enum>
+class Seen {
+ public:
+  void add(Enum value) { seen_.insert(enum_name(value)); }
+  void expect_all() const {
+    for (const std::string_view name : EnumNames<Enum>::kNames) {
+      EXPECT_EQ(seen_.count(name), 1U) << "tests/golden/program_text/every_record.txt has no " << name;
+    }
+  }
+
+ private:
+  std::set<std::string_view> seen_;
+};
+
+std::string every_record() {
+  std::ifstream file(NMS_SOURCE_DIR "/tests/golden/program_text/every_record.txt", std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(text, of_every_record_is_known) {
+  const std::string text = every_record();
+  const auto draft = from_text(text, "every_record.txt");
+  ASSERT_TRUE(draft) << draft.error().place << ": " << draft.error().cause;
+  const auto image = Image::from(*draft);
+  ASSERT_TRUE(image) << image.error().place << ": " << image.error().cause;
+  EXPECT_EQ(to_text(image->program()), text);
+}
+
+TEST(text, of_every_record_shows_every_table_enumerator_and_shape) {
+  const Image image = Image::from(from_text(every_record(), "every_record.txt").value()).value();
+  const Program& program = image.program();
+  visit_sections(program, [](SectionKind, std::string_view name, const auto& table) {
+    EXPECT_FALSE(table.empty()) << "tests/golden/program_text/every_record.txt has no " << name;
+  });
+  Seen<MergeOperator> operators;
+  for (const Track& track : program.tracks) {
+    operators.add(track.merge);
+  }
+  Seen<ChannelKind> channels;
+  Seen<Side> sides;
+  Seen<Motion> motions;
+  Seen<Frame> frames;
+  for (const Channel& channel : program.channels) {
+    channels.add(channel.kind);
+    sides.add(channel.side);
+    motions.add(channel.motion);
+    frames.add(channel.frame);
+  }
+  Seen<ClipKind> clips;
+  for (const Clip& clip : program.clips) {
+    clips.add(clip.kind);
+  }
+  Seen<MarkerKind> markers;
+  for (const Marker& marker : program.markers) {
+    markers.add(marker.kind);
+  }
+  Seen<MuscleKind> muscles;
+  Seen<Falloff> falloffs;
+  for (const Muscle& muscle : program.muscles) {
+    muscles.add(muscle.kind);
+    falloffs.add(muscle.falloff);
+  }
+  std::set<std::uint16_t> shapes;
+  for (const Knot& knot : program.knots) {
+    shapes.insert(knot.shape);
+  }
+  operators.expect_all();
+  channels.expect_all();
+  sides.expect_all();
+  motions.expect_all();
+  frames.expect_all();
+  clips.expect_all();
+  markers.expect_all();
+  muscles.expect_all();
+  falloffs.expect_all();
+  EXPECT_EQ(shapes, (std::set<std::uint16_t>{0, kShapeHold, kShapeLinear, kShapeSmooth}));
 }
 
 TEST(text, may_have_comments_blank_lines_and_windows_line_ends) {
