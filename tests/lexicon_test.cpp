@@ -16,7 +16,7 @@
 #include <nms/compiler/compile.h>
 #include <nms/lang/parse.h>
 #include <nms/lang/render.h>
-#include <nms/program/evaluate.h>
+#include <nms/program/play.h>
 #include <nms/program/program.h>
 #include <nms/stdlib/embedded.h>
 

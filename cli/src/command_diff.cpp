@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 /// One side of the comparison: its program, and the labels of its entries.
 struct Version {
-  std::optional<program::Image> image;
+  std::optional<LoadedProgram> image;
   std::map<std::string, std::set<std::string>> labels;  ///< by entry; empty for a compiled program
   bool has_labels = false;
 };
