@@ -441,6 +441,52 @@ silent "gloss without utterances" out
 expect 1 "gloss of no utterance" "$nmsc" gloss good.nms --clip look
 says "gloss of no utterance" no_signs
 expect 1 "gloss of no such clip" "$nmsc" gloss good.nms --clip loko
+# ---- Commands and warnings by name
+expect 2 "no such command" "$nmsc" frob
+says "no such command" "there is no command frob"
+expect 2 "a command misspelt" "$nmsc" chek good.nms
+says "a command misspelt" "did you mean check?"
+printf 'timeline t 2s { AU17 over 1s..1.05s }\npose p = 80%% AU12 + 80%% AU12\n' >warns.nms
+warned() {
+  local want=$1 many=$2
+  shift 2
+  expect "$want" "warnings: $*" "$nmsc" check warns.nms "$@"
+  holds "warnings: $* are $many" test "$(grep -c ': warning ' err)" -eq "$many"
+}
+warned 0 2
+warned 1 2 --deny warnings
+warned 1 2 --deny timing
+warned 1 2 --deny saturated
+warned 0 2 --deny names
+warned 0 1 --allow timing
+warned 0 0 --allow timing --allow saturated
+warned 1 1 --deny warnings --allow timing
+warned 0 0 --deny warnings --allow timing --allow ranges
+warned 1 2 --deny phases_shrunk --allow timing
+warned 0 1 --deny timing --allow phases_shrunk
+expect 2 "a group misspelt" "$nmsc" check warns.nms --deny timin
+says "a group misspelt" "did you mean timing?"
+expect 2 "an error cannot be allowed" "$nmsc" check warns.nms --allow unknown_name
+groups=$("$nmsc" explain | sed -n 's/^  [a-z_0-9]* *\[\([a-z]*\)\].*/\1/p' | sort -u | tr '\n' ' ')
+expect 0 "the help names the groups" "$nmsc" --help
+holds "the help names the groups" grep -qF "Groups of warnings: $(sed 's/ $//; s/ /, /g' <<<"$groups");" out
+expect 0 "kinds" "$nmsc" explain
+expect 0 "a kind" "$nmsc" explain phases_shrunk
+expect 1 "a kind misspelt" "$nmsc" explain phases_shrank
+says "a kind misspelt" "did you mean phases_shrunk?"
+
+# ---- fmt --range
+printf 'pose   a=AU1\npose   b=AU2\npose   c=AU4\n' >lines.nms
+expect 0 "fmt --range" "$nmsc" fmt --range 2:2 lines.nms
+printf 'pose   a=AU1\npose b = AU2\npose   c=AU4\n' >want
+holds "fmt --range" cmp lines.nms want
+expect 0 "fmt --range again" "$nmsc" fmt --range 2:2 lines.nms
+holds "fmt --range again" cmp lines.nms want
+for range in 0:1 3:2 2 2: x:y 1:2:3 -1:2; do expect 2 "fmt --range $range" "$nmsc" fmt "--range=$range" lines.nms; done
+expect 2 "fmt --range --check" "$nmsc" fmt --range 1:2 --check lines.nms
+expect 0 "fmt --range past the end" "$nmsc" fmt --range 40:50 lines.nms
+holds "fmt --range past the end" cmp lines.nms want
+
 # ---- Why
 expect 0 "explain" "$nmsc" explain good.nms --clip smile --at 0.5
 silent "explain" err

@@ -15,9 +15,10 @@ enum class ErrorFormat { text, json, sarif };
 
 struct GlobalOptions {
   ErrorFormat error_format = ErrorFormat::text;
-  bool deny_warnings = false;      ///< warnings count as errors
-  std::string stdlib;              ///< folder that takes the place of the embedded stdlib; empty: the embedded one
-  std::vector<std::string> marks;  ///< tables of times, .csv or .json
+  std::vector<std::string> denied;   ///< "warnings", groups and kinds that count as errors
+  std::vector<std::string> allowed;  ///< groups and kinds that are left out
+  std::string stdlib;                ///< folder that takes the place of the embedded stdlib; empty: the embedded one
+  std::vector<std::string> marks;    ///< tables of times, .csv or .json
 };
 
 struct BuildOptions {
@@ -59,7 +60,13 @@ struct ExplainCommandOptions {
 /// is what it is: every cause of its value, and how they were merged.
 int explain(const GlobalOptions& global, const ExplainCommandOptions& options);
 
-int format(const GlobalOptions& global, const std::vector<std::string>& files, bool check_only);
+struct FormatOptions {
+  bool check_only = false;
+  std::string lines;  ///< "FIRST:LAST", from 1; empty: all
+};
+int format(const GlobalOptions& global, const std::vector<std::string>& files, const FormatOptions& options);
+/// Why the text is no range of lines; empty: it is one.
+[[nodiscard]] std::string wrong_line_range(const std::string& text);
 
 /// Overbar notation of every utterance, or of one clip if `clip` is not empty.
 int gloss(const GlobalOptions& global, const std::string& file, const std::string& clip);

@@ -10,7 +10,10 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <nms/lang/diagnostic.h>
+
 #include "commands.h"
+#include "warning_policy.h"
 
 namespace {
 
@@ -21,8 +24,8 @@ constexpr const char* kDescription =
     "to AU curve programs and animated glTF.";
 
 constexpr const char* kFooter =
-    "\nEvery command takes --error-format text|json|sarif, --deny warnings, --stdlib DIR and\n"
-    "--marks TABLE.\n"
+    "\nEvery command takes --error-format, --deny, --allow, --stdlib and --marks, before or behind its own options.\n"
+    "Groups of warnings: names, ranges, rig, rules, timing; nmsc explain lists their kinds.\n"
     "FILE is a path, or - for standard input. Exit: 0 success, 1 errors in the input, 2 wrong usage.\n"
     "Example: nmsc build question.nms -o question.glb";
 
@@ -46,6 +49,17 @@ void add_format(CLI::App* command, bool& json) {
       ->type_name("FORMAT");
 }
 
+/// What is wrong with the command's name, if that is what is wrong.
+std::string wrong_command(const CLI::App& app, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-' || !app.get_subcommands().empty()) return {};
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(command->get_name());
+  const auto close = nms::lang::nearest(argv[1], names);
+  return fmt::format("there is no command {}{}", argv[1],
+                     close.empty() ? std::string() : fmt::format("; did you mean {}?", close.front()));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) try {
@@ -63,10 +77,16 @@ int main(int argc, char** argv) try {
                                                                              {"sarif", ErrorFormat::sarif}})
                       .description(""))
       ->type_name("FORMAT");
-  std::string denied;
-  app.add_option("--deny", denied, "Exit 1 on these too: warnings")
-      ->check(CLI::IsMember({"warnings"}))
-      ->type_name("GROUP");
+  app.add_option("--deny", global.denied, "Exit 1 on these too: all warnings, a group or a kind of them")
+      ->check([](const std::string& word) { return wrong_warning_name(word, true); })
+      ->type_name("warnings|GROUP|KIND")
+      ->take_all()
+      ->expected(1);
+  app.add_option("--allow", global.allowed, "Leave these out: a group or a kind of warnings")
+      ->check([](const std::string& word) { return wrong_warning_name(word, false); })
+      ->type_name("GROUP|KIND")
+      ->take_all()
+      ->expected(1);
   app.add_option("--stdlib", global.stdlib, "Folder to use as the standard library, instead of the one inside nmsc")
       ->check(CLI::ExistingDirectory)
       ->type_name("DIR");
@@ -157,10 +177,18 @@ int main(int argc, char** argv) try {
   });
 
   bool check_only = false;
+  std::string fmt_lines;
   CLI::App* fmt_command = app.add_subcommand("fmt", "Rewrite sources in canonical form");
   fmt_command->add_option("FILE", files, "Sources; - is formatted to standard output")->required();
-  fmt_command->add_flag("--check", check_only, "Change nothing; exit 1 if a file is not in canonical form");
-  fmt_command->callback([&] { chosen = [&] { return format(global, files, check_only); }; });
+  auto* fmt_check =
+      fmt_command->add_flag("--check", check_only, "Change nothing; exit 1 if a file is not in canonical form");
+  auto* fmt_range =
+      fmt_command
+          ->add_option("--range", fmt_lines, "Only the statements on these lines, from 1; all else stays as it is")
+          ->check([](const std::string& text) { return wrong_line_range(text); })
+          ->type_name("FIRST:LAST");
+  fmt_range->excludes(fmt_check);
+  fmt_command->callback([&] { chosen = [&] { return format(global, files, {check_only, fmt_lines}); }; });
 
   CLI::App* list_command = app.add_subcommand("list", "Print a line for each clip: name, kind, seconds");
   list_command->add_option("FILE", files, "Sources, or one compiled .auc")->required();
@@ -253,10 +281,13 @@ int main(int argc, char** argv) try {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
+    if (const std::string wrong = wrong_command(app, argc, argv); !wrong.empty()) {
+      fmt::print(stderr, "nmsc: {}\nnmsc --help lists the commands\n", wrong);
+      return kUsage;
+    }
     const int code = app.exit(error);
     return code == 0 ? kSuccess : kUsage;
   }
-  global.deny_warnings = !denied.empty();
   const int code = chosen();
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
     fmt::print(stderr,

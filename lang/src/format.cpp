@@ -11,6 +11,8 @@
 
 #include <nms/lang/parse.h>
 
+#include "format.h"
+
 namespace nms::lang {
 namespace {
 
@@ -21,16 +23,18 @@ class Formatter {
  public:
   explicit Formatter(const Tree& tree) : tree_(tree), text_(tree.source().text()) {}
 
-  std::string run() {
+  FormattedText run() {
     bool first = true;
+    std::size_t last = kNoStatement;
     for (NodeRef d : tree_.root().children()) {
-      next_line(d.node().begin, first);
+      next_line(d.node().begin, first, false, last);
       first = false;
+      last = begin_statement(d);
       statement(d);
     }
-    next_line(static_cast<std::uint32_t>(text_.size()), first, true);
+    next_line(static_cast<std::uint32_t>(text_.size()), first, true, last);
     if (!out_.empty() && out_.back() != '\n') out_ += '\n';
-    return std::move(out_);
+    return {std::move(out_), std::move(statements_)};
   }
 
  private:
@@ -104,13 +108,29 @@ class Formatter {
       line_break(indent_ + 2);
     }
   }
+  // ---- where statements stand
+  static constexpr std::size_t kNoStatement = static_cast<std::size_t>(-1);
+  std::size_t begin_statement(NodeRef n) {
+    statements_.push_back({n, line_begin_, 0, 0});
+    return statements_.size() - 1;
+  }
+  // What stands behind it on its line has been written.
+  void end_statement(std::size_t i) {
+    if (i == kNoStatement || statements_[i].next != 0) return;
+    trim();
+    statements_[i].end = out_.size();
+    statements_[i].next = statements_.size();
+  }
+
   // Ends the line and begins the one for what stands at `begin`: comments between, and one blank line if there was any.
-  void next_line(std::uint32_t begin, bool first, bool closing = false) {
+  // `last` is the statement that the line ends.
+  void next_line(std::uint32_t begin, bool first, bool closing = false, std::size_t last = kNoStatement) {
     for (const Comment* c : pending_) put_trailing(comment_text(*c), indent_);
     pending_.clear();
     while (comment_before(begin)) {
       const Comment& c = tree_.comments()[comment_++];
       if (c.own_line || out_.empty()) {
+        end_statement(last);
         start_line(c.range.begin, first);
         out_ += comment_text(c);
         comment_ends_line_ = true;
@@ -120,6 +140,7 @@ class Formatter {
       first = first && !c.own_line;
       last_end_ = c.range.end;
     }
+    end_statement(last);
     if (closing) return;
     start_line(begin, first);
   }
@@ -214,6 +235,7 @@ class Formatter {
     const int brackets = std::exchange(brackets_, 0);
     last_end_ = list.empty() ? close_at : list.front().node().begin;
     bool first = true;
+    std::size_t last = kNoStatement;
     for (NodeRef n : list) {
       // Signs of one line stay together as far as they fit.
       const bool together = between == Between::blanks && !first && !comment_before(n.node().begin) &&
@@ -225,11 +247,12 @@ class Formatter {
         last_end_ = n.node().end;
         continue;
       }
-      next_line(n.node().begin, first);
+      next_line(n.node().begin, first, false, last);
       first = false;
+      if (between == Between::semicolons) last = begin_statement(n);
       statement(n);
     }
-    next_line(close_at, first, true);
+    next_line(close_at, first, true, last);
     brackets_ = brackets;
     --indent_;
     line_break(indent_);
@@ -729,14 +752,17 @@ class Formatter {
   std::size_t comment_ = 0;  // the next one
   std::uint32_t last_end_ = 0;
   std::vector<const Comment*> pending_;
+  std::vector<FormattedStatement> statements_;
 };
 
 }  // namespace
 
+FormattedText format_statements(const Tree& tree) { return Formatter(tree).run(); }
+
 std::string format(const Tree& tree) {
   for (const Node& n : tree.nodes())
     if (n.kind == NodeKind::error || (n.flags & kFlagError) != 0) return std::string(tree.source().text());
-  return Formatter(tree).run();
+  return Formatter(tree).run().text;
 }
 
 }  // namespace nms::lang

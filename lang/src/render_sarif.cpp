@@ -52,14 +52,22 @@ Json location(const Source& source, Range range) {
 
 }  // namespace
 
-std::string render_sarif(const Diagnostics& diagnostics, std::string_view version) {
+std::string render_sarif(const Diagnostics& diagnostics, std::string_view version,
+                         RuleText (*text_of)(std::string_view kind)) {
   std::vector<std::string_view> kinds;
   for (const Diagnostic& d : diagnostics.all())
     if (std::find(kinds.begin(), kinds.end(), d.kind) == kinds.end()) kinds.push_back(d.kind);
   std::sort(kinds.begin(), kinds.end());
 
   Json rules = Json::array();
-  for (const std::string_view kind : kinds) rules.push_back({{"id", std::string(kind)}});
+  for (const std::string_view kind : kinds) {
+    Json rule{{"id", std::string(kind)}};
+    const RuleText text = text_of != nullptr ? text_of(kind) : RuleText{};
+    if (!text.summary.empty()) rule["shortDescription"] = {{"text", text.summary}};
+    if (!text.text.empty()) rule["help"] = {{"text", text.text}, {"markdown", text.markdown}};
+    if (!text.group.empty()) rule["properties"] = {{"tags", Json::array({text.group})}};
+    rules.push_back(std::move(rule));
+  }
   Json results = Json::array();
   for (const Diagnostic& d : diagnostics.all()) {
     Json result;

@@ -77,6 +77,13 @@ class Diagnostics {
   [[nodiscard]] std::size_t error_count() const { return errors_; }
   [[nodiscard]] std::size_t warning_count() const { return warnings_; }
   [[nodiscard]] std::size_t dropped() const { return dropped_; }
+  /// Takes out the warnings of which `unwanted(kind)` is true.
+  template <typename Unwanted>
+  void leave_out_warnings(Unwanted unwanted) {
+    const std::size_t before = all_.size();
+    std::erase_if(all_, [&](const Diagnostic& d) { return d.severity == Severity::warning && unwanted(d.kind); });
+    warnings_ -= before - all_.size();
+  }
   /// By file (in the order first reported), then place, then as reported.
   void sort();
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -20,5 +21,9 @@ inline constexpr int kMaxNesting = 200;
 /// Canonical text. Idempotent; keeps comments, the tree and every order. A tree with errors is not formatted: its own
 /// text comes back unchanged.
 [[nodiscard]] std::string format(const Tree& tree);
+
+/// Canonical text for the smallest statements that lie on the lines [first_line, last_line], from 1; every other byte
+/// of the file is as it was. Idempotent; keeps comments and the tree. A tree with errors is not formatted.
+[[nodiscard]] std::string format_range(const Tree& tree, std::uint32_t first_line, std::uint32_t last_line);
 
 }  // namespace nms::lang
