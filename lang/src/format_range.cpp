@@ -23,7 +23,7 @@ struct Replacement {
 class RangeFormatter {
  public:
   RangeFormatter(const Tree& tree, std::uint32_t first_line, std::uint32_t last_line)
-      : tree_(tree), text_(tree.source().text()), formatted_(format_statements(tree)) {
+      : text_(tree.source().text()), formatted_(format_statements(tree)) {
     begin_ = line_begin(first_line);
     end_ = line_begin(last_line + 1);
     if (end_ > begin_ && end_ <= text_.size() && text_[end_ - 1] == '\n') --end_;
@@ -111,7 +111,6 @@ class RangeFormatter {
     return choose(i + 1, all[i].next);
   }
 
-  const Tree& tree_;
   std::string_view text_;
   FormattedText formatted_;
   std::uint32_t begin_ = 0;

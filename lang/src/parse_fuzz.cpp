@@ -61,6 +61,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     diagnostics.sort();
     require(!render_text(diagnostics, (size & 1U) != 0).empty(), "words");
     require(!render_json(diagnostics).empty(), "JSON");
+    require(!render_sarif(diagnostics, "0").empty(), "SARIF");
+    require(format_range(*tree, 1, 2) == source->text(), "what has errors is not formatted");
     return 0;
   }
   bool flagged = false;
@@ -76,5 +78,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string twice = format(*second);
   if (twice != text) std::fprintf(stderr, "first:\n%s\nsecond:\n%s\n", text.c_str(), twice.c_str());
   require(twice == text, "formatting is idempotent");
+  // Lines picked by the input: the rest of the file is put back, and means the same.
+  const auto first_line = static_cast<std::uint32_t>(1 + size % 17);
+  const std::string part = format_range(*tree, first_line, first_line + static_cast<std::uint32_t>(size % 5));
+  Diagnostics third_time;
+  const auto third = parse(std::make_shared<Source>("part.nms", part), third_time);
+  if (third_time.error_count() > 0) std::fprintf(stderr, "%s\n", part.c_str());
+  require(third_time.error_count() == 0, "text formatted in part parses");
+  require(format(*third) == text, "formatting a part keeps the tree");
   return 0;
 }
