@@ -554,6 +554,23 @@ expect 0 "more than is asked for" "$nmsc" check marked.nms --marks more.csv
 says "more than is asked for" unused_times
 expect 1 "more than is asked for, denied" "$nmsc" check marked.nms --marks more.csv --deny warnings
 rm -f zeros.csv
+
+# ---- Discourses
+cat >talk.nms <<'NMS'
+utterance ask in asl { signs { wh[ WHO{wh}@0s..0.6s COME@0.7s..1.4s ] } }
+discourse talk in asl {
+  role mary at right
+  ask
+  rs(mary)[ ask ]
+  by addressee { nod(2x) at 0.3s }
+}
+NMS
+expect 0 "a discourse" "$nmsc" list talk.nms
+holds "a discourse and its addressee are as long" bash -c '[[ $(grep "discourse" out | cut -f3 | uniq | wc -l) -eq 1 && $(grep -c discourse out) -eq 2 ]]'
+holds "an addressee has a clip" grep -q "^talk.addressee" out
+expect 0 "a discourse on a face" "$nmsc" build talk.nms --clip talk --clip talk.addressee -o talk.glb
+expect 0 "a role shift in overbar notation" "$nmsc" gloss talk.nms --clip talk
+holds "a role shift is a bar over the bar that it quotes" grep -q "_rs:mary" out
 no_leftovers "all of this"
 
 echo "$count checks, $failed wrong"
