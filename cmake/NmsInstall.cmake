@@ -9,7 +9,9 @@ install(DIRECTORY stdlib/ DESTINATION ${CMAKE_INSTALL_DATADIR}/nms/stdlib FILES_
 install(FILES LICENSE NOTICE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(EXPORT nms-targets NAMESPACE nms:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/nms)
 configure_package_config_file(cmake/nms-config.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/nms-config.cmake
-                              INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/nms)
+                              INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/nms
+                              PATH_VARS CMAKE_INSTALL_BINDIR)
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/nms-config-version.cmake COMPATIBILITY SameMajorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/nms-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/nms-config-version.cmake
+              cmake/NmsLexicon.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/nms)

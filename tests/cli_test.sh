@@ -414,6 +414,63 @@ printf 'timeline wall 1s { AU65 over 0.2s..0.6s }\n' >wall.nms
 expect 0 "build what an avatar cannot show" "$nmsc" build wall.nms --on still.glb -o wall.glb
 says "build what an avatar cannot show" "not_on_avatar"
 
+# ---- A lexicon as assets
+mkdir lex
+cat >lex/shared.nms <<'NMS'
+pose lifted = 60% AU1 + 60% AU2
+pose drawn = 50% AU4
+NMS
+cat >lex/house.nms <<'NMS'
+use "shared.nms"
+lexicon house "Of a house" {
+  entry ask : syntactic {
+    label "q" "ask?"
+    meaning "asks"
+    lifted
+  }
+  entry doubt : syntactic { drawn }
+  entry nod_once : lexical { AU54 }
+}
+NMS
+made() { holds "$1: $2 made anew" grep -qF ": $2 of" err; }
+expect 0 "build of a lexicon" "$nmsc" build --lexicon lex/house.nms -o assets --depfile assets.d
+made "build of a lexicon" 3
+holds "a lexicon's files" test -s assets/ask.glb -a -s assets/doubt.glb -a -s assets/nod_once.glb -a -s assets/manifest.json
+holds "the manifest has the labels" grep -qF '"ask?"' assets/manifest.json
+holds "the manifest has the action units" grep -qF '"AU1L"' assets/manifest.json
+holds "the rule names what was read" bash -c 'grep -q "^assets/manifest.json:" assets.d && grep -qF lex/shared.nms assets.d && grep -qF lex/house.nms assets.d'
+cp -r assets assets.first
+expect 0 "build of the same lexicon" "$nmsc" build --lexicon lex/house.nms -o assets
+says "build of the same lexicon" "nothing changed: 3 entries are up to date"
+expect 0 "build of a lexicon elsewhere" "$nmsc" build --lexicon lex/house.nms -o elsewhere
+holds "a lexicon's files have the same bytes anywhere" diff -r assets elsewhere
+sed -i 's/50% AU4/40% AU4/' lex/shared.nms
+expect 0 "build after a shared pose changed" "$nmsc" build --lexicon lex/house.nms -o assets
+made "build after a shared pose changed" 1
+holds "what did not use it stays" cmp assets/ask.glb assets.first/ask.glb
+holds "what used it is new" bash -c '! cmp -s assets/doubt.glb assets.first/doubt.glb'
+rm assets/ask.glb
+expect 0 "build after a file was lost" "$nmsc" build --lexicon lex/house.nms -o assets
+made "build after a file was lost" 1
+printf 'not a manifest' >assets/manifest.json
+expect 0 "build over a broken manifest" "$nmsc" build --lexicon lex/house.nms -o assets
+made "build over a broken manifest" 3
+sed -i '/nod_once/d' lex/house.nms
+expect 0 "build after an entry went" "$nmsc" build --lexicon lex/house.nms -o assets
+says "build after an entry went" "1 removed"
+holds "its file went too" test ! -e assets/nod_once.glb
+expect 0 "build of a lexicon as one file" "$nmsc" build --lexicon lex/house.nms -o house.glb
+holds "one file has its manifest beside it" test -s house.glb -a -s house.glb.manifest.json
+expect 0 "build of the same one file" "$nmsc" build --lexicon lex/house.nms -o house.glb
+says "build of the same one file" "nothing changed"
+expect 1 "build of no lexicon" "$nmsc" build --lexicon nowhere -o no
+says "build of no lexicon" "unknown_lexicon"
+expect 1 "build of a file without a lexicon" "$nmsc" build --lexicon good.nms -o no
+expect 1 "build of a broken lexicon" "$nmsc" build --lexicon bad.nms -o no
+holds "builds that fail make no folder" test ! -e no
+expect 2 "build of a lexicon and of files" "$nmsc" build good.nms --lexicon asl -o no
+expect 2 "build of nothing" "$nmsc" build -o no.glb
+
 # ---- Pictures of the face
 tiny=(--size 24x30 -o sheet.png)
 expect 0 "preview" "$nmsc" preview good.nms --clip smile --at 0,1s --view front,side "${tiny[@]}"

@@ -24,13 +24,17 @@ struct GlobalOptions {
 struct BuildOptions {
   std::vector<std::string> files;
   std::string output;
-  std::string avatar;  ///< a .glb to write the clips into; empty: a face of ours
+  std::string lexicon;         ///< a lexicon to build into a folder or a file, instead of files; empty: none
+  std::string depfile;         ///< with a lexicon: where to write what was read, as a rule for Make; empty: nowhere
+  std::string depfile_target;  ///< what that rule is for; empty: the manifest, or the one file
+  std::string avatar;          ///< a .glb to write the clips into; empty: a face of ours
   std::string face = "ada";
   std::vector<std::string> clips;
   bool all_targets = false;
   bool dense = false;
 };
 int build(const GlobalOptions& global, const BuildOptions& options);
+int build_lexicon(const GlobalOptions& global, const BuildOptions& options);
 
 int check(const GlobalOptions& global, const std::vector<std::string>& files);
 

@@ -167,37 +167,51 @@ std::optional<LoadedProgram> load_program(const GlobalOptions& global, const std
   return LoadedProgram(std::move(*image));
 }
 
-std::optional<runtime::Face> load_face(const program::Program& program, const std::string& face, SourceFiles& sources,
-                                       lang::Diagnostics& diagnostics) {
+std::optional<program::Image> load_lexicon_program(const GlobalOptions& global, const std::string& file,
+                                                   const std::string& lexicon, const std::string& face,
+                                                   SourceFiles& sources, lang::Diagnostics& diagnostics) {
+  const auto roots = roots_with_face({file}, face, sources, diagnostics);
+  auto tables = load_time_tables(global, sources, diagnostics);
+  if (!roots || !tables) return std::nullopt;
+  compiler::CompileOptions options;
+  options.times = std::move(*tables);
+  options.lexicon = lexicon;
+  if (!face.ends_with(".nms")) options.face = face;
+  const auto draft = compiler::compile(*roots, sources, diagnostics, options);
+  return draft ? checked_image(*draft, diagnostics) : std::nullopt;
+}
+
+std::shared_ptr<const lang::Source> face_surface(const program::Program& program, const std::string& face,
+                                                 SourceFiles& sources, lang::Diagnostics& diagnostics) {
   if (program.faces.empty()) {
     add_failure(diagnostics, {"no_face", face, "the program was compiled without a face",
                               "build from the sources, or compile them together with the face's .nms file"});
-    return std::nullopt;
+    return nullptr;
   }
   const std::string surface(program.string(program.faces[0].surface));
-  std::string text;
-  std::string place = surface;
   if (face.ends_with(".nms")) {
-    place = (std::filesystem::path(face).parent_path() / surface).string();
-    auto read = read_file(place);
-    if (!read) {
-      add_failure(diagnostics, read.error());
-      return std::nullopt;
-    }
-    text = std::move(*read);
-  } else {
-    const auto source = sources.stdlib("faces/" + surface);
-    if (!source) {
-      add_failure(diagnostics, {"cannot_read", "stdlib/faces/" + surface, "the face's surface is not there", ""});
-      return std::nullopt;
-    }
-    place = source->path();
-    text = source->text();
+    auto opened = sources.open((std::filesystem::path(face).parent_path() / surface).string());
+    if (opened) return *opened;
+    add_failure(diagnostics, opened.error());
+    return nullptr;
   }
-  auto read = runtime::read_face_x3d(text, place);
+  auto source = sources.stdlib("faces/" + surface);
+  if (!source)
+    add_failure(diagnostics, {"cannot_read", "stdlib/faces/" + surface, "the face's surface is not there", ""});
+  return source;
+}
+
+std::optional<runtime::Face> read_face(const lang::Source& surface, lang::Diagnostics& diagnostics) {
+  auto read = runtime::read_face_x3d(surface.text(), surface.path());
   if (read) return std::move(*read);
   add_failure(diagnostics, read.error());
   return std::nullopt;
+}
+
+std::optional<runtime::Face> load_face(const program::Program& program, const std::string& face, SourceFiles& sources,
+                                       lang::Diagnostics& diagnostics) {
+  const auto surface = face_surface(program, face, sources, diagnostics);
+  return surface ? read_face(*surface, diagnostics) : std::nullopt;
 }
 
 const program::Clip* find_clip(const program::Program& program, const std::string& name, const std::string& file,

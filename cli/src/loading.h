@@ -44,7 +44,19 @@ enum class Reuse {
                                                         SourceFiles& sources, lang::Diagnostics& diagnostics,
                                                         Reuse reuse = Reuse::none);
 
-/// The face that a program's rig description names: its geometry.
+/// A program of one lexicon's entries, inherited ones included, with a face's rig description.
+/// @param file  that declares it
+[[nodiscard]] std::optional<program::Image> load_lexicon_program(const GlobalOptions& global, const std::string& file,
+                                                                 const std::string& lexicon, const std::string& face,
+                                                                 SourceFiles& sources, lang::Diagnostics& diagnostics);
+
+/// The file that holds the surface of a program's face.
+[[nodiscard]] std::shared_ptr<const lang::Source> face_surface(const program::Program& program, const std::string& face,
+                                                               SourceFiles& sources, lang::Diagnostics& diagnostics);
+
+[[nodiscard]] std::optional<runtime::Face> read_face(const lang::Source& surface, lang::Diagnostics& diagnostics);
+
+/// Both: the face that a program's rig description names: its geometry.
 [[nodiscard]] std::optional<runtime::Face> load_face(const program::Program& program, const std::string& face,
                                                      SourceFiles& sources, lang::Diagnostics& diagnostics);
 

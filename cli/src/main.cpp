@@ -101,8 +101,26 @@ int main(int argc, char** argv) try {
   BuildOptions build_options;
   CLI::App* build_command =
       app.add_subcommand("build", "Build an animated glTF file: a face, a clip for each thing that plays");
-  build_command->add_option("FILE", build_options.files, "Sources, or one compiled .auc")->required();
-  build_command->add_option("-o,--output", build_options.output, "The .glb to write")->required()->type_name("OUT.glb");
+  CLI::Option* build_files = build_command->add_option("FILE", build_options.files, "Sources, or one compiled .auc");
+  build_command
+      ->add_option("-o,--output", build_options.output,
+                   "The .glb to write; of a lexicon also a folder, a file an entry")
+      ->required()
+      ->type_name("OUT");
+  CLI::Option* build_lexicon_option =
+      build_command
+          ->add_option("--lexicon", build_options.lexicon,
+                       "Every entry of a lexicon of the standard library, or of a .nms file, with a manifest")
+          ->type_name("NAME");
+  build_lexicon_option->excludes(build_files);
+  build_command
+      ->add_option("--depfile", build_options.depfile, "With --lexicon: write what was read, for Ninja and Make")
+      ->needs(build_lexicon_option)
+      ->type_name("OUT.d");
+  build_command
+      ->add_option("--depfile-target", build_options.depfile_target, "What the rule is for, if not what is built")
+      ->needs(build_lexicon_option)
+      ->type_name("PATH");
   build_command
       ->add_option("--face", build_options.face, "Face of the standard library, or a .nms file that declares one")
       ->type_name("NAME")
@@ -118,7 +136,12 @@ int main(int argc, char** argv) try {
                           "Write every action unit the face can show, not only those used");
   build_command->add_flag("--dense", build_options.dense,
                           "Plain accessors for morph targets, for importers without sparse ones");
-  build_command->callback([&] { chosen = [&] { return build(global, build_options); }; });
+  build_command->callback([&] {
+    if (build_options.files.empty() && build_options.lexicon.empty()) throw CLI::RequiredError("FILE or --lexicon");
+    chosen = [&] {
+      return build_options.lexicon.empty() ? build(global, build_options) : build_lexicon(global, build_options);
+    };
+  });
 
   std::vector<std::string> files;
   std::string file;

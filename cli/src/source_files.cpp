@@ -68,6 +68,7 @@ tl::expected<std::shared_ptr<const lang::Source>, program::Failure> SourceFiles:
   auto source = std::make_shared<const lang::Source>(name, std::move(*text));
   known_[name] = source;
   on_disk_.insert(name);
+  if (path != "-") read_.insert(path);
   return source;
 }
 
@@ -88,7 +89,10 @@ std::shared_ptr<const lang::Source> SourceFiles::stdlib(const std::string& name)
     const fs::path file = fs::path(stdlib_folder_) / name;
     std::error_code error;
     if (fs::is_regular_file(file, error))
-      if (auto text = read_file(file.string())) source = std::make_shared<const lang::Source>(path, std::move(*text));
+      if (auto text = read_file(file.string())) {
+        source = std::make_shared<const lang::Source>(path, std::move(*text));
+        read_.insert(file.string());
+      }
   } else {
     for (const stdlib::EmbeddedFile& f : stdlib::embedded_files())
       if (std::string_view(path).substr(kStdlib.size()) == f.path)

@@ -4,6 +4,7 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <vector>
 
 #include <tl/expected.hpp>
 
@@ -29,11 +30,14 @@ class SourceFiles : public lang::SourceProvider {
   [[nodiscard]] std::shared_ptr<const lang::Source> find(std::string_view name, std::string_view from) override;
   /// A file of the stdlib, by its name there, or null.
   [[nodiscard]] std::shared_ptr<const lang::Source> stdlib(const std::string& name);
+  /// Paths of all files that were read from disk so far, sorted.
+  [[nodiscard]] std::vector<std::string> files_read() const { return {read_.begin(), read_.end()}; }
 
  private:
   [[nodiscard]] std::shared_ptr<const lang::Source> disk(const std::string& path);
   std::string stdlib_folder_;
   std::map<std::string, std::shared_ptr<const lang::Source>> known_;
+  std::set<std::string> read_;
   std::set<std::string> on_disk_;  ///< those of them that a folder of the user's holds, should it be called stdlib/ too
 };
 

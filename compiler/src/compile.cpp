@@ -63,7 +63,12 @@ void refuse(const LoadedFile& file, Evaluator& evaluator) {
 }
 
 /// All that becomes clips, in the order it is declared, file by file.
-std::vector<const Declaration*> clip_sources(const std::vector<LoadedFile>& files, const Declarations& all) {
+std::vector<const Declaration*> clip_sources(const std::vector<LoadedFile>& files, const Declarations& all,
+                                             const std::string& lexicon) {
+  if (!lexicon.empty()) {
+    const std::uint32_t index = all.find_lexicon(lexicon);
+    return index == kUnreachable ? std::vector<const Declaration*>() : all.entries_of(index);
+  }
   std::vector<const Declaration*> out;
   for (const Declaration& d : all.movements)
     if (files[d.file].root && d.node.is(NodeKind::expression)) out.push_back(&d);
@@ -182,7 +187,7 @@ std::optional<program::Draft> compile_all(const std::vector<std::shared_ptr<cons
     }
     if (too_large) evaluator.report({}, d.node, *too_large);
   };
-  for (const Declaration* d : clip_sources(files, declarations)) {
+  for (const Declaration* d : clip_sources(files, declarations, options.lexicon)) {
     for (ClipDraft& clip : lower(*d, evaluator, discourses)) add(*d, clip);
     if (emitter.draft.knots.size() > kMaxKnots) {
       evaluator.report({}, d->node, TooLarge{"the program", fmt::format("{} knots", kMaxKnots)});

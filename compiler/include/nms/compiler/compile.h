@@ -16,6 +16,9 @@ namespace nms::compiler {
 struct CompileOptions {
   /// The face whose landmarks and muscles go into the rig description; empty: the first one declared, if any.
   std::string face;
+  /// A lexicon: all its entries, inherited ones included, become clips, and nothing else does. Empty: what the roots
+  /// declare. One that is not there makes no clips.
+  std::string lexicon = {};
   /// Times from outside, for marks and for signs.
   std::vector<TimeTable> times = {};
 };

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <nms/lang/diagnostic.h>
+#include <nms/lang/source.h>
+
+namespace nms::compiler {
+
+/// What an entry says of itself, as it is written: for manifests, tables and search.
+struct EntryRecord {
+  std::string name;
+  std::string clip;      ///< what the clip is called that `CompileOptions::lexicon` makes of it
+  std::string function;  ///< "syntactic"; empty: none is written
+  std::string id;
+  std::string meaning;
+  std::string spreads;
+  std::string evidence;
+  std::vector<std::string> labels;
+  std::vector<std::string> aliases;
+  std::vector<std::string> sources;
+  std::string file;        ///< path of the source it stands in
+  std::uint32_t line = 0;  ///< of its first character, from 1
+  std::string lexicon;     ///< the one that declares it: another than asked for if it is inherited
+};
+
+/// A lexicon and all its entries, inherited ones included, its own first; entries that it replaces are left out.
+struct LexiconRecord {
+  std::string name;
+  std::string title;
+  std::string extends;
+  bool root = false;  ///< declared in a file that the caller named
+  std::vector<EntryRecord> entries;
+};
+
+/// The lexicons that the roots declare, use and extend, in the order they are read. Reports what does not parse and
+/// what is declared twice; meanings are not looked at.
+[[nodiscard]] std::vector<LexiconRecord> index_lexicons(const std::vector<std::shared_ptr<const lang::Source>>& roots,
+                                                        lang::SourceProvider& provider, lang::Diagnostics& diagnostics);
+
+}  // namespace nms::compiler
