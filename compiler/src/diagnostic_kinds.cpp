@@ -110,6 +110,13 @@ Description NotCompiled::describe() const {
           {{"construct", construct}}};
 }
 
+Description UnknownPhone::describe() const {
+  Description d{text.empty() ? std::string("a mouthing has no phones") : fmt::format("{} is no phone", phone),
+                {"write IPA or X-SAMPA, \"bUk\", or ARPAbet with blanks, \"B UH1 K\"; a backslash is written twice"},
+                {{"phone", phone}, {"text", text}}};
+  return d;
+}
+
 Description BadFacsString::describe() const {
   return {fmt::format("\"{}\" in a FACS string {}", text, reason),
           {"write units joined by +, each with an optional side and intensity: \"1C+2C+L20B\""},

@@ -5,7 +5,7 @@
 namespace nms::compiler {
 namespace {
 
-constexpr std::string_view kNames[kLayerCount] = {"affect",        "prosody",   "lexical",
+constexpr std::string_view kNames[kLayerCount] = {"affect",        "prosody",   "mouthing", "lexical",
                                                   "morphological", "syntactic", "discourse"};
 
 }  // namespace

@@ -244,8 +244,8 @@ void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scop
     } else {
       evaluator.report(scope, function,
                        UnknownName{"function", std::string(function.text()),
-                                   lang::nearest(function.text(), {"affect", "prosody", "lexical", "morphological",
-                                                                   "syntactic", "discourse"})});
+                                   lang::nearest(function.text(), {"affect", "prosody", "mouthing", "lexical",
+                                                                   "morphological", "syntactic", "discourse"})});
       return;
     }
   }

@@ -283,6 +283,8 @@ bool Evaluator::term(NodeRef node, const Scope& scope, Movement& into) {
         return action_unit(part, scale, scope, into);
       case NodeKind::facs:
         return facs(part, scale, scope, into);
+      case NodeKind::mouthing:
+        return mouthing(part, scale, scope, into);
       case NodeKind::name:
         return named(part, {}, scale, scope, into);
       case NodeKind::call:

@@ -45,6 +45,7 @@ struct Sequence {
   std::vector<Step> steps;
   std::int64_t duration_ns = -1;
   std::string_view name;
+  bool mouthing = false;  ///< of a spoken word: it has a layer of its own, below a sign's gestures
 };
 
 /// `count` cycles of one axis at `rate_hz`, the first half cycle towards `by`, each cycle smaller by `decay`.
@@ -148,6 +149,7 @@ class Evaluator {
   [[nodiscard]] bool action_unit(lang::NodeRef token, const Scale& scale, const Scope& scope, Movement& into);
   [[nodiscard]] bool add_unit(std::string_view text, std::uint32_t number, program::Side side, double value,
                               const Scale& scale, lang::NodeRef at, const Scope& scope, Pose& into);
+  [[nodiscard]] bool mouthing(lang::NodeRef node, const Scale& scale, const Scope& scope, Movement& into);
   [[nodiscard]] bool facs(lang::NodeRef node, const Scale& scale, const Scope& scope, Movement& into);
   [[nodiscard]] bool named(lang::NodeRef name, lang::NodeRef call, const Scale& scale, const Scope& scope,
                            Movement& into);

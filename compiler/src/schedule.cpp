@@ -198,9 +198,14 @@ void place_oscillation(ClipDraft& clip, const Oscillation& o, const Placed& plac
   clip.markers.push_back({end, std::string(placed.name), program::MarkerKind::offset});
 }
 
-void place_sequence(ClipDraft& clip, const Sequence& s, const Placed& placed, const Scope& scope,
+void place_sequence(ClipDraft& clip, const Sequence& s, const Placed& asked, const Scope& scope,
                     Evaluator& evaluator) {
   if (s.steps.empty()) return;
+  Placed placed = asked;
+  if (s.mouthing) {  // it yields to what a sign's own mouth does, wherever it is asked for
+    placed.layer = Layer::mouthing;
+    placed.stated = false;
+  }
   const std::int64_t begin = placed.span.start_ns - placed.timing.lead_ns.value_or(0);
   const std::int64_t span_end = placed.span.end_ns + placed.timing.lag_ns.value_or(0);
   std::int64_t duration = s.duration_ns;

@@ -494,6 +494,9 @@ class Formatter {
       case NodeKind::facs:
         put("facs ");
         return node(n.at(0));
+      case NodeKind::mouthing:
+        put("mouthing ");
+        return node(n.at(0));
       case NodeKind::steps:
         return steps(n);
       case NodeKind::step:

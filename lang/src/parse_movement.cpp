@@ -77,6 +77,11 @@ bool Parser::term() {
           advance();
           return string("a FACS string in quotes");
         }
+        if (word == "mouthing" && lexer_.byte_after_blanks(token_.end) == '"') {
+          Open mouthing(*this, NodeKind::mouthing);
+          advance();
+          return string("a word in IPA, X-SAMPA or ARPAbet, in quotes");
+        }
         leaf(NodeKind::name);
         if (at(Tok::star)) {
           flag(wrap_last(NodeKind::factor), kFlagStar);

@@ -26,6 +26,7 @@ namespace nms::compiler {
   X(MissingArgument, missing_argument, error)             \
   X(NotCompiled, not_compiled, error)                     \
   X(BadFacsString, bad_facs_string, error)                \
+  X(UnknownPhone, unknown_phone, error)                 \
   X(StepsNotWhole, steps_not_whole, error)                \
   X(MissingDuration, missing_duration, error)             \
   X(UnknownSign, unknown_sign, error)                     \
@@ -130,6 +131,12 @@ struct MissingArgument {
 struct NotCompiled {
   NMS_KIND(not_compiled, error);
   std::string construct;
+};
+/// A mouthing's text is neither IPA and X-SAMPA nor ARPAbet.
+struct UnknownPhone {
+  NMS_KIND(unknown_phone, error);
+  std::string phone;  ///< the first that is none
+  std::string text;
 };
 struct BadFacsString {
   NMS_KIND(bad_facs_string, error);

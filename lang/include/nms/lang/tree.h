@@ -53,12 +53,13 @@ namespace nms::lang {
   X(profile_point, "profile point")   /* quantity (name start|end | point | gloss) */                                         \
   /* ---- what moves: sums of scaled things */                                                                        \
   X(sum, "sum")                       /* term+ */                                                                      \
-  X(term, "term")                     /* factor* primary; primary = au_token name call facs group steps quantity */    \
+  X(term, "term")                     /* factor* primary; primary = au_token name call facs mouthing group steps quantity */ \
   X(factor, "factor")                 /* quantity | name | group(arithmetic); flags: kFlagStar if `*` is written */    \
   X(group, "group")                   /* sum; `( ... )` */                                                             \
   X(call, "call")                     /* name argument*; also left(...), dominant(...) and `gaze addressee` forms */   \
   X(argument, "argument")             /* name?(keyword, kFlagNamed) (sum | quantity | name | string); a lone number or name is no sum */ \
   X(facs, "facs string")              /* string */                                                                     \
+  X(mouthing, "mouthing")             /* string */                                                                     \
   X(steps, "steps")                   /* step+ ; `( 60%: A; 40%: B )` */                                               \
   X(step, "step")                     /* quantity sum options? */                                                      \
   X(au_token, "action unit")          /* no children; text AU12, AU14RC, AUL20B ... */                                 \
