@@ -20,29 +20,11 @@
 #include <nms/program/program.h>
 #include <nms/stdlib/embedded.h>
 
+#include "embedded_library.h"
+
 namespace {
 
 using namespace nms;
-
-/// The library's files under their own paths, and one file of the test's.
-class Library : public lang::SourceProvider {
- public:
-  std::shared_ptr<const lang::Source> find(std::string_view name, std::string_view from) override {
-    const std::size_t folder = from.rfind('/');
-    if (folder != std::string_view::npos)
-      if (auto near = get(std::string(from.substr(0, folder + 1)) + std::string(name))) return near;
-    return get(std::string(name));
-  }
-
- private:
-  std::shared_ptr<const lang::Source> get(const std::string& path) {
-    if (const auto it = known_.find(path); it != known_.end()) return it->second;
-    for (const auto& file : stdlib::embedded_files())
-      if (file.path == path) return known_[path] = std::make_shared<const lang::Source>(path, std::string(file.text));
-    return nullptr;
-  }
-  std::map<std::string, std::shared_ptr<const lang::Source>> known_;
-};
 
 struct Entry {
   std::string name;
@@ -120,7 +102,7 @@ std::vector<Look> looks(const std::string& lexicon, const std::vector<Entry>& en
   for (std::size_t i = 0; i < entries.size(); ++i)
     text += "utterance u" + std::to_string(i) + " in " + lexicon + " { signs { A@0s..0.4s B@0.5s..0.9s C@1s..1.4s }; " +
             entries[i].name + " over A..C }\n";
-  Library library;
+  EmbeddedLibrary library;
   lang::Diagnostics diagnostics;
   const auto draft = compiler::compile({std::make_shared<const lang::Source>("looks.nms", text)}, library, diagnostics);
   EXPECT_EQ(diagnostics.error_count(), 0U) << lexicon << "\n" << lang::render_text(diagnostics, false);

@@ -14,33 +14,15 @@
 #include <nms/program/program.h>
 #include <nms/stdlib/embedded.h>
 
+#include "embedded_library.h"
+
 // What the standard library promises: all of FACS, all of the thesis' non-manual signs, sources for each entry, and
 // directions that are what their names say.
 namespace {
 
 using namespace nms;
 
-class Library : public lang::SourceProvider {
- public:
-  std::shared_ptr<const lang::Source> find(std::string_view name, std::string_view from) override {
-    std::string path(name);
-    const std::size_t folder = from.rfind('/');
-    if (folder != std::string_view::npos)
-      if (auto near = get(std::string(from.substr(0, folder + 1)) + path)) return near;
-    return get(path);
-  }
-
- private:
-  std::shared_ptr<const lang::Source> get(const std::string& path) {
-    if (const auto it = known_.find(path); it != known_.end()) return it->second;
-    for (const auto& file : stdlib::embedded_files())
-      if (file.path == path) return known_[path] = std::make_shared<const lang::Source>(path, std::string(file.text));
-    return nullptr;
-  }
-  std::map<std::string, std::shared_ptr<const lang::Source>> known_;
-};
-
-program::Image compile(std::shared_ptr<const lang::Source> root, Library& library) {
+program::Image compile(std::shared_ptr<const lang::Source> root, EmbeddedLibrary& library) {
   lang::Diagnostics diagnostics;
   const auto draft = compiler::compile({std::move(root)}, library, diagnostics);
   for (const auto& d : diagnostics.all()) ADD_FAILURE() << d.source->path() << ": " << d.kind << ": " << d.message;
@@ -49,12 +31,12 @@ program::Image compile(std::shared_ptr<const lang::Source> root, Library& librar
 }
 
 program::Image compile_text(const std::string& text) {
-  Library library;
+  EmbeddedLibrary library;
   return compile(std::make_shared<const lang::Source>("test.nms", text), library);
 }
 
 program::Image compile_file(const std::string& path) {
-  Library library;
+  EmbeddedLibrary library;
   return compile(library.find(path, ""), library);
 }
 
@@ -121,7 +103,7 @@ const std::map<int, std::string_view> kAppendixD = {
 };
 
 TEST(StandardLibrary, DeclaresEveryUnitOfAppendixDUnderItsName) {
-  Library library;
+  EmbeddedLibrary library;
   lang::Diagnostics diagnostics;
   const auto tree = lang::parse(library.find("facs.nms", ""), diagnostics);
   std::map<int, std::string> declared;
