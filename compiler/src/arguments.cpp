@@ -159,6 +159,41 @@ std::optional<Argument> Evaluator::arithmetic(NodeRef node, const Scope& scope) 
   return total;
 }
 
+namespace {
+
+/// Degrees lie between nothing and ten times.
+constexpr double kMaxDegree = 10.0;
+
+}  // namespace
+
+std::optional<double> Evaluator::degree_of(const Declaration& d) {
+  Scope own;
+  own.file = d.file;
+  const NodeRef node = d.node.child(NodeKind::quantity);
+  const auto q = node ? quantity(node, Unit::percent, own) : std::nullopt;
+  if (!q) return std::nullopt;
+  if (q->value >= 0.0 && q->value <= kMaxDegree) return q->value;
+  report(own, node, OutOfRange{std::string(node.text()), "0% to 1000%"});
+  return std::nullopt;
+}
+
+std::optional<double> Evaluator::degree(NodeRef a, const Scope& scope) {
+  const NodeRef word = a.at(0);
+  if (a.has(lang::kFlagNamed) || !word.is(NodeKind::name)) return std::nullopt;
+  const Declaration* d = declarations_.find_degree(word.text(), scope.file);
+  return d != nullptr ? degree_of(*d) : std::nullopt;
+}
+
+std::optional<double> Evaluator::degree_in_front(NodeRef factor, const Scope& scope) {
+  const NodeRef word = factor.at(0);
+  if (const Declaration* d = declarations_.find_degree(word.text(), scope.file)) return degree_of(*d);
+  auto& diagnostic = report(scope, word, UnknownName{"degree", std::string(word.text()), similar(word.text(), [&] {
+                                                       return declarations_.degree_names(scope.file);
+                                                     })});
+  diagnostic.helps.push_back("two names side by side: `+` between them adds, `*` scales, `;` begins another statement");
+  return std::nullopt;
+}
+
 bool Evaluator::multiply_by(NodeRef factor, const Scope& scope, Scale& scale) {
   const NodeRef node = factor.at(0);
   Quantity q;
@@ -166,6 +201,10 @@ bool Evaluator::multiply_by(NodeRef factor, const Scope& scope, Scale& scale) {
     const auto read = lang::read_quantity(node.text());
     if (!read) return false;
     q = *read;
+  } else if (node.is(NodeKind::name) && !factor.has(lang::kFlagStar)) {
+    const auto degree = degree_in_front(factor, scope);
+    if (!degree) return false;
+    q = {*degree, Unit::percent, 0};
   } else if (node.is(NodeKind::name)) {
     const Argument* a = argument(node.text(), scope);
     if (a == nullptr) {
@@ -207,8 +246,27 @@ bool Evaluator::multiply_by(NodeRef factor, const Scope& scope, Scale& scale) {
   return false;
 }
 
+namespace {
+
+/// The parameter that a bare word goes to: the one of that name, which is then a `yes`; else the first that is a word;
+/// else the first without a value.
+std::size_t slot_of_word(Argument& value, const std::vector<NodeRef>& declared,
+                         const std::vector<std::optional<Argument>>& given) {
+  for (std::size_t i = 0; i < declared.size(); ++i)
+    if (!given[i] && declared[i].at(0).text() == value.word && declared[i].at(1).is(NodeKind::name)) {
+      value.word = "yes";
+      return i;
+    }
+  for (const bool any : {false, true})
+    for (std::size_t i = 0; i < declared.size(); ++i)
+      if (!given[i] && (any || !declared[i].at(1).is(NodeKind::quantity))) return i;
+  return declared.size();
+}
+
+}  // namespace
+
 std::optional<Scope> Evaluator::bind(NodeRef call, bool skip_first, std::string_view callee, NodeRef params,
-                                     std::uint32_t params_file, const Scope& scope) {
+                                     std::uint32_t params_file, const Scope& scope, bool degrees) {
   Scope inner;
   inner.file = params_file;
   inner.left_handed = scope.left_handed;
@@ -238,6 +296,7 @@ std::optional<Scope> Evaluator::bind(NodeRef call, bool skip_first, std::string_
         continue;
       }
       const bool is_named = a.has(lang::kFlagNamed);
+      if (degrees && degree(a, scope)) continue;
       const NodeRef sum_node = a.at(is_named ? 1 : 0);
       if (!sum_node) {
         report(scope, a, UnexpectedArgument{std::string(callee), std::string(a.text()), names});
@@ -250,14 +309,14 @@ std::optional<Scope> Evaluator::bind(NodeRef call, bool skip_first, std::string_
       if (is_named) {
         for (std::size_t i = 0; i < names.size(); ++i)
           if (names[i] == a.at(0).text()) slot = i;
+      } else if (!value->word.empty()) {
+        slot = slot_of_word(*value, declared, given);
       } else {
         // The first parameter of the argument's own unit that has no value yet; a plain number fits any share or count.
         for (std::size_t i = 0; i < declared.size() && slot == declared.size(); ++i)
-          if (!given[i] && value->word.empty() && declared[i].at(1) && units[i] == value->quantity.unit) slot = i;
+          if (!given[i] && declared[i].at(1) && units[i] == value->quantity.unit) slot = i;
         for (std::size_t i = 0; i < declared.size() && slot == declared.size(); ++i)
-          if (!given[i] &&
-              (!declared[i].at(1) || !value->word.empty() || (is_scalar(units[i]) && is_scalar(value->quantity.unit))))
-            slot = i;
+          if (!given[i] && (!declared[i].at(1) || (is_scalar(units[i]) && is_scalar(value->quantity.unit)))) slot = i;
       }
       if (slot == declared.size() || given[slot]) {
         report(scope, a, UnexpectedArgument{std::string(callee), std::string(a.text()), names});

@@ -363,7 +363,7 @@ class Builder {
       if (std::any_of(found.begin(), found.end(), [&](const Found& f) { return f.unit.number == number; })) continue;
       const NodeRef title = d.node.child(NodeKind::string);
       Found f{{number, d.node.child(NodeKind::sides).exists(), 0, 1.0, d},
-              std::string(title ? unquoted(title) : std::string_view()),
+              title ? unquoted(title) : std::string(),
               kUnreachable};
       for (NodeRef p : d.node.children())
         if (is_property(p) && p.at(0).text() == "track") f.track = track_of(d, p);

@@ -76,6 +76,7 @@ struct Channels {
   std::vector<ChannelInfo> channels;
   std::vector<UnitInfo> units;  ///< by number
 
+  [[nodiscard]] const TrackInfo& track_of(std::uint32_t channel) const { return tracks[channels[channel].track]; }
   [[nodiscard]] const UnitInfo* find_unit(std::uint32_t number) const;
   /// Index of the axis of that name, or kUnreachable.
   [[nodiscard]] std::uint32_t find_axis(std::string_view name) const;

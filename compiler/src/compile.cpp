@@ -11,6 +11,7 @@
 #include <nms/compiler/test.h>
 
 #include "channels.h"
+#include "combine.h"
 #include "declarations.h"
 #include "emit.h"
 #include "explain.h"
@@ -49,16 +50,6 @@ void check_movement(const Declaration& d, Evaluator& evaluator) {
       evaluator.report(outer, d.node.child(NodeKind::name),
                        Saturated{c.name, fmt::format("{:.4g}%", a.value * 100.0),
                                  fmt::format("{:.4g}%", a.value > 1.0 ? 100.0 : c.low() * 100.0)});
-  }
-}
-
-/// Declarations that parse and have no meaning yet are refused, each by name.
-void refuse(const LoadedFile& file, Evaluator& evaluator) {
-  Scope scope;
-  for (NodeRef d : file.tree->root().children()) {
-    if (!d.is(NodeKind::lexicon)) continue;
-    for (NodeRef part : d.children())
-      if (part.is(NodeKind::combine)) evaluator.report(scope, part, NotCompiled{"combine"});
   }
 }
 
@@ -163,8 +154,9 @@ std::optional<program::Draft> compile_all(const std::vector<std::shared_ptr<cons
 
   for (const Declaration& d : declarations.movements)
     if (files[d.file].root) check_movement(d, evaluator);
-  for (const LoadedFile& f : files)
-    if (f.root) refuse(f, evaluator);
+  for (const Declaration& d : declarations.degrees)
+    if (files[d.file].root) evaluator.degree_of(d);
+  check_combinations(evaluator);
 
   std::unordered_set<std::string> names;
   const auto add = [&](const Declaration& d, ClipDraft& clip) {

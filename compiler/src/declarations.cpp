@@ -7,6 +7,8 @@
 
 #include <nms/compiler/diagnostic_kinds.h>
 
+#include "link_lexicons.h"
+
 namespace nms::compiler {
 
 using lang::NodeKind;
@@ -14,11 +16,22 @@ using lang::NodeRef;
 
 bool is_property(NodeRef node) { return node.is(NodeKind::property) && node.at(0).exists(); }
 
-std::string_view unquoted(NodeRef node) {
+std::string_view gloss_text(NodeRef node) {
   std::string_view text = node.text();
-  if (text.size() >= 2 && (text.front() == '"' || text.front() == '`') && text.back() == text.front())
-    text = text.substr(1, text.size() - 2);
+  if (text.size() >= 2 && text.front() == '`' && text.back() == '`') text = text.substr(1, text.size() - 2);
   return text;
+}
+
+std::string unquoted(NodeRef node) {
+  const std::string_view text = node.text();
+  if (text.size() < 2 || text.front() != '"' || text.back() != '"') return std::string(gloss_text(node));
+  std::string out;
+  out.reserve(text.size());
+  for (std::size_t i = 1; i + 1 < text.size(); ++i) {
+    if (text[i] == '\\' && i + 2 < text.size() && (text[i + 1] == '"' || text[i + 1] == '\\')) ++i;
+    out += text[i];
+  }
+  return out;
 }
 
 namespace {
@@ -52,18 +65,6 @@ class Uniqueness {
   std::unordered_map<std::string, NodeRef> seen_;
 };
 
-/// Words by which an entry is found: its name, labels and aliases.
-void index_entry(LexiconDeclaration& lexicon, std::uint32_t index, const Declaration& entry) {
-  lexicon.by_name.try_emplace(entry.name, index);
-  for (NodeRef item : entry.node.children()) {
-    if (!is_property(item)) continue;
-    const std::string_view property = item.at(0).text();
-    if (property != "label" && property != "alias") continue;
-    for (NodeRef value : item.children())
-      if (value.is(NodeKind::string)) lexicon.by_name.try_emplace(unquoted(value), index);
-  }
-}
-
 /// Names of lexicons that a file speaks of without declaring or using them.
 void named_lexicons(const lang::Tree& tree, std::vector<std::string>& out) {
   for (NodeRef d : tree.root().children()) {
@@ -71,6 +72,9 @@ void named_lexicons(const lang::Tree& tree, std::vector<std::string>& out) {
     for (const NodeKind k : {NodeKind::in, NodeKind::extends})
       if (const NodeRef part = d.child(k))
         if (const NodeRef name = part.child(NodeKind::name)) out.emplace_back(name.text());
+    for (NodeRef part : d.children())
+      if (part.is(NodeKind::include))
+        if (const NodeRef name = included_from(part)) out.emplace_back(name.text());
   }
 }
 
@@ -135,13 +139,21 @@ Declarations Declarations::collect(std::vector<LoadedFile>& files, lang::SourceP
           for (NodeRef part : node.children())
             if (part.is(NodeKind::muscle)) all.muscles.push_back({part, name_of(part), i});
           break;
+        case NodeKind::degree:
+          if (!d.name.empty() && unique.fresh("degree", "degree", d.name, i, node)) {
+            all.degree_index_[d.name].push_back(static_cast<std::uint32_t>(all.degrees.size()));
+            all.degrees.push_back(d);
+          }
+          break;
         case NodeKind::test:
           all.tests.push_back({node, d.name, i});
           break;
         case NodeKind::lexicon: {
           if (d.name.empty() || !unique.fresh("lexicon", "lexicon", d.name, i, node)) break;
-          LexiconDeclaration lexicon{d, kUnreachable, {}, {}};
+          LexiconDeclaration lexicon;
+          lexicon.declaration = d;
           for (NodeRef part : node.children()) {
+            if (part.is(NodeKind::combine)) lexicon.combinations.push_back(part);
             if (!part.is(NodeKind::entry)) continue;
             const std::string_view name = name_of(part);
             if (name.empty() || !unique.fresh(fmt::format("entry {}", d.name).c_str(), "entry", name, i, part))
@@ -150,9 +162,8 @@ Declarations Declarations::collect(std::vector<LoadedFile>& files, lang::SourceP
             all.entries.push_back({part, name, i, static_cast<std::uint32_t>(all.lexicons.size())});
             lexicon.entries.push_back(index);
           }
-          // Names before labels: a label never hides another entry's name.
           for (const std::uint32_t e : lexicon.entries) lexicon.by_name.emplace(all.entries[e].name, e);
-          for (const std::uint32_t e : lexicon.entries) index_entry(lexicon, e, all.entries[e]);
+          all.lexicon_index_.try_emplace(d.name, static_cast<std::uint32_t>(all.lexicons.size()));
           all.lexicons.push_back(std::move(lexicon));
           break;
         }
@@ -162,34 +173,7 @@ Declarations Declarations::collect(std::vector<LoadedFile>& files, lang::SourceP
     }
   }
 
-  std::vector<std::string> known;
-  for (const LexiconDeclaration& l : all.lexicons) known.emplace_back(l.declaration.name);
-  for (LexiconDeclaration& lexicon : all.lexicons) {
-    const NodeRef extends = lexicon.declaration.node.child(NodeKind::extends);
-    if (!extends) continue;
-    const NodeRef base = extends.child(NodeKind::name);
-    if (!base) continue;
-    lexicon.extends = all.find_lexicon(base.text());
-    const auto& source = files[lexicon.declaration.file].tree->source_pointer();
-    if (lexicon.extends == kUnreachable) {
-      diagnostics.report(source, base.range(),
-                         MissingLexicon{std::string(base.text()), lang::nearest(base.text(), known), ""});
-    }
-  }
-  // A circle of `extends` is cut where it closes.
-  for (std::uint32_t i = 0; i < all.lexicons.size(); ++i) {
-    std::uint32_t at = i;
-    for (std::size_t steps = 0; at != kUnreachable && steps <= all.lexicons.size(); ++steps) {
-      if (all.lexicons[at].extends == i) {
-        const Declaration& d = all.lexicons[at].declaration;
-        diagnostics.report(files[d.file].tree->source_pointer(), d.node.child(NodeKind::extends).range(),
-                           RecursiveDefinition{std::string(all.lexicons[i].declaration.name)});
-        all.lexicons[at].extends = kUnreachable;
-        break;
-      }
-      at = all.lexicons[at].extends;
-    }
-  }
+  link_lexicons(all, files, diagnostics);
   return all;
 }
 
@@ -223,18 +207,46 @@ const Declaration* Declarations::find_clip(std::string_view name, std::uint32_t 
   return nearest_of(clip_index_, clips, name, (*files_)[from]);
 }
 
+const Declaration* Declarations::find_degree(std::string_view name, std::uint32_t from) const {
+  return nearest_of(degree_index_, degrees, name, (*files_)[from]);
+}
+
+std::vector<std::string> Declarations::degree_names(std::uint32_t from) const {
+  std::vector<std::string> names;
+  for (const Declaration& d : degrees)
+    if ((*files_)[from].distance[d.file] != kUnreachable) names.emplace_back(d.name);
+  return names;
+}
+
 std::uint32_t Declarations::find_lexicon(std::string_view name) const {
-  for (std::uint32_t i = 0; i < lexicons.size(); ++i)
-    if (lexicons[i].declaration.name == name) return i;
-  return kUnreachable;
+  const auto it = lexicon_index_.find(name);
+  return it == lexicon_index_.end() ? kUnreachable : it->second;
+}
+
+bool Declarations::hidden(const Declaration& entry, std::uint32_t from, std::uint32_t at) const {
+  for (; from != at; from = lexicons[from].extends)
+    if (lexicons[from].removed.contains(entry.name) || lexicons[from].by_name.contains(entry.name)) return true;
+  return false;
+}
+
+std::vector<const Declaration*> Declarations::find_entries(std::string_view name, std::uint32_t lexicon) const {
+  std::vector<const Declaration*> found;
+  for (std::uint32_t at = lexicon; at != kUnreachable && found.empty(); at = lexicons[at].extends) {
+    const LexiconDeclaration& l = lexicons[at];
+    if (const auto it = l.by_name.find(name); it != l.by_name.end()) {
+      if (!hidden(entries[it->second], lexicon, at)) found.push_back(&entries[it->second]);
+      continue;
+    }
+    if (const auto it = l.by_label.find(name); it != l.by_label.end())
+      for (const std::uint32_t e : it->second)
+        if (!hidden(entries[e], lexicon, at)) found.push_back(&entries[e]);
+  }
+  return found;
 }
 
 const Declaration* Declarations::find_entry(std::string_view name, std::uint32_t lexicon) const {
-  for (; lexicon != kUnreachable; lexicon = lexicons[lexicon].extends) {
-    const auto it = lexicons[lexicon].by_name.find(name);
-    if (it != lexicons[lexicon].by_name.end()) return &entries[it->second];
-  }
-  return nullptr;
+  const auto found = find_entries(name, lexicon);
+  return found.empty() ? nullptr : found.front();
 }
 
 std::vector<const Declaration*> Declarations::entries_of(std::uint32_t lexicon) const {
@@ -245,8 +257,15 @@ std::vector<const Declaration*> Declarations::entries_of(std::uint32_t lexicon) 
       if (!seen.insert(entries[e].name).second) continue;  // overridden
       out.push_back(&entries[e]);
     }
+    seen.insert(lexicons[lexicon].removed.begin(), lexicons[lexicon].removed.end());
   }
   return out;
+}
+
+const LexiconDeclaration* Declarations::lexicon_with(std::string_view name) const {
+  for (std::uint32_t i = 0; i < lexicons.size(); ++i)
+    if (find_entry(name, i) != nullptr) return &lexicons[i];
+  return nullptr;
 }
 
 std::vector<std::string> Declarations::movement_names(std::uint32_t from) const {

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include <nms/lang/diagnostic.h>
@@ -21,12 +23,22 @@ struct Declaration {
   std::uint32_t lexicon = 0xFFFFFFFFU;  ///< of an entry: index into Declarations::lexicons
 };
 
-/// A lexicon with its own entries; those it extends are looked up through `extends`.
+/// A string that is looked up by what it says.
+struct TextHash {
+  using is_transparent = void;
+  [[nodiscard]] std::size_t operator()(std::string_view text) const { return std::hash<std::string_view>{}(text); }
+};
+
+/// A lexicon with the entries that it declares or includes; those it extends are looked up through `extends`.
 struct LexiconDeclaration {
   Declaration declaration;
   std::uint32_t extends = 0xFFFFFFFFU;
   std::vector<std::uint32_t> entries;                           ///< indices into Declarations::entries, in order
-  std::unordered_map<std::string_view, std::uint32_t> by_name;  ///< names, labels and aliases, without quotes
+  std::unordered_map<std::string_view, std::uint32_t> by_name;  ///< of its entries
+  /// Labels and aliases of its entries; one that several share has several.
+  std::unordered_map<std::string, std::vector<std::uint32_t>, TextHash, std::equal_to<>> by_label;
+  std::unordered_set<std::string_view> removed;  ///< names of inherited entries that it does without
+  std::vector<lang::NodeRef> combinations;       ///< `combine` nodes, in order
 };
 
 /// What names stand for, over all files in use. One namespace for each kind of thing.
@@ -41,32 +53,46 @@ class Declarations {
   std::vector<Declaration> clips;      ///< timeline, utterance, discourse
   std::vector<Declaration> entries;
   std::vector<LexiconDeclaration> lexicons;
-  std::vector<Declaration> tracks, axes, units, muscles, faces, tests;
+  std::vector<Declaration> tracks, axes, units, muscles, faces, tests, degrees;
 
   /// The movement `name` as file `from` sees it: its own first, then those of the files it uses, nearest first.
   [[nodiscard]] const Declaration* find_movement(std::string_view name, std::uint32_t from) const;
   /// The timeline, utterance or discourse of that name that is nearest to file `from`.
   [[nodiscard]] const Declaration* find_clip(std::string_view name, std::uint32_t from) const;
+  /// A degree, as `slightly`, by the same rule.
+  [[nodiscard]] const Declaration* find_degree(std::string_view name, std::uint32_t from) const;
+  [[nodiscard]] std::vector<std::string> degree_names(std::uint32_t from) const;
   [[nodiscard]] std::uint32_t find_lexicon(std::string_view name) const;
-  /// An entry by name, label or alias, in a lexicon or one that it extends.
+  /// An entry by name, label or alias, in a lexicon or one that it extends: the nearest lexicon first, and in it names
+  /// before labels. Of several that share the label, the first.
   [[nodiscard]] const Declaration* find_entry(std::string_view name, std::uint32_t lexicon) const;
+  /// All that a word may mean there: several for a label that entries of one lexicon share.
+  [[nodiscard]] std::vector<const Declaration*> find_entries(std::string_view name, std::uint32_t lexicon) const;
   /// All entries a lexicon has, its own first.
   [[nodiscard]] std::vector<const Declaration*> entries_of(std::uint32_t lexicon) const;
 
   /// Names of all movements that `from` sees, for "did you mean".
   [[nodiscard]] std::vector<std::string> movement_names(std::uint32_t from) const;
   [[nodiscard]] std::vector<std::string> entry_names(std::uint32_t lexicon) const;
+  /// A lexicon that has an entry of that name, label or alias, if any has.
+  [[nodiscard]] const LexiconDeclaration* lexicon_with(std::string_view name) const;
 
  private:
+  /// Whether a lexicon between `from` and `at`, which has it, has its own in its place or does without.
+  [[nodiscard]] bool hidden(const Declaration& entry, std::uint32_t from, std::uint32_t at) const;
   std::unordered_map<std::string_view, std::vector<std::uint32_t>> movement_index_;
   std::unordered_map<std::string_view, std::vector<std::uint32_t>> clip_index_;
+  std::unordered_map<std::string_view, std::vector<std::uint32_t>> degree_index_;
+  std::unordered_map<std::string_view, std::uint32_t> lexicon_index_;
   const std::vector<LoadedFile>* files_ = nullptr;
 };
 
 /// A property that has a name: one that did not parse may have none.
 [[nodiscard]] bool is_property(lang::NodeRef node);
 
-/// The text of a string node without its quotes, or of a gloss without its backquotes.
-[[nodiscard]] std::string_view unquoted(lang::NodeRef node);
+/// What a string node says: without its quotes, `\"` and `\\` being `"` and `\`. A gloss without its backquotes.
+[[nodiscard]] std::string unquoted(lang::NodeRef node);
+/// A gloss without its backquotes.
+[[nodiscard]] std::string_view gloss_text(lang::NodeRef node);
 
 }  // namespace nms::compiler

@@ -130,11 +130,12 @@ Description StepsNotWhole::describe() const {
 }
 
 Description MissingDuration::describe() const {
-  return {
-      fmt::format("{} has no length of its own", name),
-      {fmt::format("say how long: `{0} over SPAN`, `{0} at POINT for 600ms`, or give it a length where it is declared",
-                   name)},
-      {{"name", name}}};
+  return {fmt::format("{} has no length of its own", name),
+          {fmt::format(
+              "say how long: `{0} over SPAN`, `{0} at POINT for 600ms`, or give it a length where it is declared; a "
+              "pose may also say how long its apex is, `{0} at POINT {{ apex 100ms }}`",
+              name)},
+          {{"name", name}}};
 }
 
 Description UnknownSign::describe() const {
@@ -158,6 +159,12 @@ Description AmbiguousSign::describe() const {
   return {fmt::format("{} is signed more than once", name),
           {fmt::format("it stands at {}: name one with `as`, as in {}@0s..0.3s as n1", joined(candidates), name)},
           {{"name", name}, {"candidates", joined(candidates)}}};
+}
+
+Description AmbiguousLabel::describe() const {
+  return {fmt::format("{} may be {}", label, fmt::join(candidates, " or ")),
+          {fmt::format("write the name of the one that is meant: {}", fmt::join(candidates, " or "))},
+          {{"label", label}, {"candidates", joined(candidates)}}};
 }
 
 Description SpanBackwards::describe() const {
@@ -293,6 +300,22 @@ Description OutlastsTimeline::describe() const {
   return {fmt::format("this goes on until {}, past the timeline's {}", end, length),
           {"the clip is made longer; write the longer length, or place this earlier"},
           {{"end", end}, {"length", length}}};
+}
+
+Description SharedLabel::describe() const {
+  if (is_name)
+    return {fmt::format("the label {} of {} is another entry's name, and names come first", label, entry),
+            {fmt::format("remove it: {} always means the entry of that name", label)},
+            {{"label", label}, {"entry", entry}, {"other", other}}};
+  return {fmt::format("{} and {} share the label {}", other, entry, label),
+          {"whoever uses it has to write one of the names instead"},
+          {{"label", label}, {"entry", entry}, {"other", other}}};
+}
+
+Description CyclesRounded::describe() const {
+  return {fmt::format("{} has {} cycles, and takes half ones: {}", what, count, used),
+          {"write a multiple of 0.5x"},
+          {{"what", what}, {"count", count}, {"used", used}}};
 }
 
 Description Saturated::describe() const {

@@ -7,6 +7,7 @@
 
 #include <nms/compiler/diagnostic_kinds.h>
 
+#include "combine.h"
 #include "competition.h"
 #include "lower_entry.h"
 #include "profile.h"
@@ -63,6 +64,7 @@ class UtteranceLowering {
     fire_for_signs();
     for (NodeRef item : d_.node.children()) this->item(item);
     if (setting_.role_shift) role_shift();
+    combine(clip_, lexicon_, scope_, evaluator_);
     for (const Sign& s : tier_.signs) {
       clip_.start_ns = std::min(clip_.start_ns, s.start_ns);
       clip_.end_ns = std::max(clip_.end_ns, s.end_ns);
@@ -111,8 +113,8 @@ class UtteranceLowering {
         if (a.name == "speaker") a.quantity.value = setting_.speaker_yaw_deg;
         if (a.name == "addressee") a.quantity.value = setting_.addressee_yaw_deg;
       }
-      schedule_entry(clip_, *setting_.role_shift_entry, use->scope, span, {}, use->intensity,
-                     tier_.empty() ? nullptr : &tier_, evaluator_, role);
+      use->node = role;
+      schedule_entry(clip_, *setting_.role_shift_entry, *use, span, tier_.empty() ? nullptr : &tier_, evaluator_);
     }
     whole_ = span;
     quoting_ = true;
@@ -122,7 +124,8 @@ class UtteranceLowering {
   void read_properties() {
     for (NodeRef p : d_.node.children()) {
       if (p.is(NodeKind::profile))
-        evaluator_.report(scope_, p, UnknownProperty{"profile", "an utterance", {"signer", "source", "meaning"}});
+        evaluator_.report(scope_, p,
+                          UnknownProperty{"profile", "an utterance", {"signer", "optional", "source", "meaning"}});
       if (!is_property(p)) continue;
       const std::string_view name = p.at(0).text();
       const NodeRef value = p.at(1);
@@ -133,9 +136,12 @@ class UtteranceLowering {
         else if (word != "right_handed")
           evaluator_.report(scope_, value ? value : p,
                             BadProperty{"signer", std::string(word), "left_handed or right_handed"});
+      } else if (name == "optional") {
+        optional_ = optional_plays(p, optional_, scope_, evaluator_);
       } else if (name != "source" && name != "meaning") {
-        evaluator_.report(scope_, p.at(0),
-                          UnknownProperty{std::string(name), "an utterance", {"signer", "source", "meaning"}});
+        evaluator_.report(
+            scope_, p.at(0),
+            UnknownProperty{std::string(name), "an utterance", {"signer", "optional", "source", "meaning"}});
       }
     }
   }
@@ -169,7 +175,7 @@ class UtteranceLowering {
       if (item.is(NodeKind::when) && holds(item, context, scope_, evaluator_).value_or(false)) find_topics(item);
       if (!item.is(NodeKind::placement)) continue;
       const NodeRef over = item.child(NodeKind::over);
-      const Declaration* e = over ? used_entry(item).first : nullptr;
+      const Declaration* e = over ? used_entry(item).entry : nullptr;
       if (e == nullptr || spreading_of(*e) != "topic") continue;
       Placer placer(evaluator_, scope_, context);
       const auto span = placer.over(over);
@@ -178,15 +184,40 @@ class UtteranceLowering {
     }
   }
 
-  /// The entry that a placement uses, if its sum is nothing but one entry's name or call; and the call.
-  std::pair<const Declaration*, NodeRef> used_entry(NodeRef item) const {
+  /// How a placement names an entry.
+  struct Use {
+    const Declaration* entry = nullptr;
+    NodeRef word;  ///< its name
+    NodeRef call;  ///< none without arguments
+  };
+
+  /// The entry that a placement uses, if its sum is nothing but one entry's name or call, with degrees in front.
+  Use used_entry(NodeRef item) const {
     const NodeRef sum = item.child(NodeKind::sum);
     const NodeRef term = sum ? sum.at(0) : NodeRef();
-    if (!term || sum.at(1) || term.at(1) || term.has(lang::kFlagMinus)) return {nullptr, {}};
-    const NodeRef primary = term.at(0);
-    if (primary.is(NodeKind::name)) return {entry(primary.text()), {}};
-    if (primary.is(NodeKind::call) && primary.at(0)) return {entry(primary.at(0).text()), primary};
-    return {nullptr, {}};
+    if (!term || sum.at(1) || term.has(lang::kFlagMinus)) return {};
+    NodeRef primary;
+    for (NodeRef part : term.children()) {
+      if (!part.is(NodeKind::factor))
+        primary = part;
+      else if (part.has(lang::kFlagStar) || !part.at(0).is(NodeKind::name))
+        return {};
+    }
+    if (primary.is(NodeKind::name)) return {entry(primary.text()), primary, {}};
+    if (primary.is(NodeKind::call) && primary.at(0)) return {entry(primary.at(0).text()), primary.at(0), primary};
+    return {};
+  }
+
+  /// `slightly neg`: what the words in front come to. Nothing: one is no degree, which has been reported.
+  std::optional<double> degree_in_front(NodeRef sum) {
+    double degree = 1.0;
+    for (NodeRef part : sum.at(0).children()) {
+      if (!part.is(NodeKind::factor)) continue;
+      const auto factor = evaluator_.degree_in_front(part, scope_);
+      if (!factor) return std::nullopt;
+      degree *= *factor;
+    }
+    return degree;
   }
 
   void sign_markers() {
@@ -201,16 +232,29 @@ class UtteranceLowering {
 
   /// @param label  what the author calls the entry here
   /// @param here  the word that says so, or the sign that it comes with
-  void use(const Declaration& e, std::string_view label, NodeRef here, NodeRef call, const Span& span,
-           NodeRef options) {
+  void use(const Declaration& e, std::string_view label, NodeRef here, NodeRef call, const Span& span, NodeRef options,
+           double degree = 1.0) {
     clip_.markers.push_back({span.start_ns, std::string(label), program::MarkerKind::use_start});
     clip_.markers.push_back({span.end_ns, std::string(label), program::MarkerKind::use_end});
-    const auto bound = bind_entry(e, call, scope_, evaluator_);
-    if (!bound) return;
-    Timing timing = read_timing(options, scope_, evaluator_, false);
-    timing.profile = read_profile(options, span, {tier_.empty() ? nullptr : &tier_, whole_}, scope_, evaluator_);
-    schedule_entry(clip_, e, bound->scope, span, timing, bound->intensity, tier_.empty() ? nullptr : &tier_, evaluator_,
-                   here);
+    auto use = bind_entry(e, call, scope_, evaluator_, degree);
+    if (!use) return;
+    use->choices = Choices::of_use(e, options, optional_, scope_, evaluator_);
+    use->timing = read_timing(options, scope_, evaluator_, PropertyOwner::use);
+    use->timing.profile = read_profile(options, span, {tier_.empty() ? nullptr : &tier_, whole_}, scope_, evaluator_);
+    use->node = here;
+    schedule_entry(clip_, e, *use, span, tier_.empty() ? nullptr : &tier_, evaluator_);
+  }
+
+  /// Whether a word means one entry. It means several where a lexicon has them share a label, which is reported.
+  bool means_one(NodeRef word) {
+    const auto found = evaluator_.declarations().find_entries(gloss_text(word), lexicon_);
+    if (found.size() < 2) return true;
+    AmbiguousLabel kind{std::string(gloss_text(word)), {}};
+    for (const Declaration* e : found) kind.candidates.emplace_back(e->name);
+    auto& d = evaluator_.report(scope_, word, kind);
+    for (const Declaration* e : found)
+      d.labels.push_back({e->node.tree().source_pointer(), e->node.child(NodeKind::name).range(), "has this label"});
+    return false;
   }
 
   void bracket(const Bracket& b) {
@@ -232,7 +276,14 @@ class UtteranceLowering {
                         UnknownName{"entry", std::string(b.label), evaluator_.similar(b.label, known)});
       return;
     }
-    use(*e, b.label, b.node.at(0), b.node, bracket_span(b), b.node.child(NodeKind::options));
+    if (means_one(b.node.at(0)))
+      use(*e, b.label, b.node.at(0), b.node, bracket_span(b), b.node.child(NodeKind::options));
+  }
+
+  /// `for sign DIFFERENT` is for DIFFERENT with and without `+`, `for sign DIFFERENT+` for that which is repeated.
+  [[nodiscard]] static bool comes_with(std::string_view word, const Sign& sign) {
+    if (sign.gloss == word) return true;
+    return stem(sign.gloss) == stem(word) && (word == stem(word) || sign.cycles > 1);
   }
 
   void fire_for_signs() {
@@ -241,8 +292,9 @@ class UtteranceLowering {
       const NodeRef for_sign = e->node.child(NodeKind::for_sign);
       const NodeRef gloss = for_sign ? for_sign.at(0) : NodeRef();
       if (!gloss) continue;
+      const std::string word = unquoted(gloss);
       for (std::uint32_t i = 0; i < tier_.main_count(); ++i)
-        if (tier_.signs[i].gloss == unquoted(gloss))
+        if (comes_with(word, tier_.signs[i]))
           use(*e, e->name, tier_.signs[i].node, {}, {tier_.signs[i].start_ns, tier_.signs[i].end_ns, i, i}, {});
     }
   }
@@ -281,17 +333,20 @@ class UtteranceLowering {
         const auto active = holds(item, {tier_.empty() ? nullptr : &tier_, whole_}, scope_, evaluator_);
         for (NodeRef inner : item.children()) {
           if (inner.is(NodeKind::property) || inner.is(NodeKind::profile))
-            evaluator_.report(scope_, inner, NotCompiled{"a property under a condition"});
+            evaluator_.report(scope_, inner,
+                              UnknownProperty{inner.is(NodeKind::profile) ? "profile" : std::string(inner.at(0).text()),
+                                              "a condition of an utterance",
+                                              {}});
           else if (active.value_or(false))
             this->item(inner);
         }
         break;
       }
       case NodeKind::optional:
-        evaluator_.report(scope_, item, NotCompiled{"optional"});
-        break;
       case NodeKind::one_of:
-        evaluator_.report(scope_, item, NotCompiled{"one of"});
+        evaluator_.report(scope_, item,
+                          WrongKind{std::string(lang::describe(item.kind())), "a choice for those who use an entry",
+                                    "what is signed", "write what this utterance shows, and leave the rest out"});
         break;
       default:
         break;
@@ -300,12 +355,13 @@ class UtteranceLowering {
 
   void placement(NodeRef item) {
     if (item.has(lang::kFlagError)) return;
-    const auto [e, call] = used_entry(item);
+    const auto [e, word, call] = used_entry(item);
     PlacementContext context{tier_.empty() ? nullptr : &tier_, whole_};
     if (e == nullptr) {
       component(item, context);
       return;
     }
+    if (!means_one(word)) return;
     Placer placer(evaluator_, scope_, context);
     Span span;
     if (const NodeRef over = item.child(NodeKind::over)) {
@@ -343,8 +399,8 @@ class UtteranceLowering {
     }
     if (const NodeRef fill = item.child(NodeKind::fill))
       evaluator_.report(scope_, fill, UnknownProperty{"fill", "the use of an entry", {}});
-    const NodeRef word = call ? call.at(0) : item.child(NodeKind::sum).at(0).at(0);
-    use(*e, word.text(), word, call, span, item.child(NodeKind::options));
+    const auto degree = degree_in_front(item.child(NodeKind::sum));
+    if (degree) use(*e, word.text(), word, call, span, item.child(NodeKind::options), *degree);
   }
 
   void component(NodeRef item, const PlacementContext& context) {
@@ -410,6 +466,7 @@ class UtteranceLowering {
   ManualTier tier_;
   Span whole_;
   std::vector<bool> in_topic_;
+  bool optional_ = true;  ///< optional components play where their use says nothing
 };
 
 }  // namespace
@@ -447,22 +504,16 @@ std::int64_t carrier_ns(const Declaration& entry) {
   return 400'000'000;
 }
 
-std::optional<EntryUse> bind_entry(const Declaration& e, NodeRef call, const Scope& scope, Evaluator& evaluator) {
-  const NodeRef params = e.node.child(NodeKind::params);
-  double intensity = 1.0;
-  std::optional<Scope> inner;
-  if (!params && call && call.child(NodeKind::argument)) {
-    // Every entry has an intensity, declared or not: neg(60%).
-    const NodeRef a = call.child(NodeKind::argument);
-    const NodeRef given = a.at(a.has(lang::kFlagNamed) ? 1 : 0);
-    const auto value = given ? evaluator.arithmetic(given, scope) : std::nullopt;
+namespace {
+
+/// The one share that an entry without parameters takes, neg(60%). Nothing: it is wrong, which has been reported.
+std::optional<double> intensity_of(const Declaration& e, NodeRef call, const Scope& scope, Evaluator& evaluator) {
+  std::optional<double> out;
+  for (NodeRef a : call.children()) {
     // A bracket is a call too, and its signs come after its arguments.
-    for (NodeRef other : call.children())
-      if (other.is(NodeKind::argument) && other != a) {
-        evaluator.report(scope, other,
-                         UnexpectedArgument{std::string(e.name), std::string(other.text()), {"intensity"}});
-        return std::nullopt;
-      }
+    if (!a.is(NodeKind::argument) || evaluator.degree(a, scope)) continue;
+    const NodeRef given = a.at(a.has(lang::kFlagNamed) ? 1 : 0);
+    const auto value = given && !out ? evaluator.arithmetic(given, scope) : std::nullopt;
     if (!value || !value->word.empty() || value->quantity.unit != Unit::percent ||
         (a.has(lang::kFlagNamed) && a.at(0).text() != "intensity")) {
       evaluator.report(scope, a, UnexpectedArgument{std::string(e.name), std::string(a.text()), {"intensity"}});
@@ -472,13 +523,70 @@ std::optional<EntryUse> bind_entry(const Declaration& e, NodeRef call, const Sco
       evaluator.report(scope, a, OutOfRange{std::string(a.text()), "0% and above"});
       return std::nullopt;
     }
-    intensity = value->quantity.value;
+    out = value->quantity.value;
+  }
+  return out.value_or(1.0);
+}
+
+/// A parameter that a condition asks is one of the words that some condition or its default knows.
+bool known_words(const Declaration& e, NodeRef call, const Scope& bound, const Scope& scope, Evaluator& evaluator) {
+  bool good = true;
+  for (const Argument& a : bound.arguments) {
+    if (a.word.empty()) continue;
+    std::vector<std::string> known;
+    for (std::uint32_t i = e.node.index() + 1; i < e.node.node().next; ++i) {
+      const NodeRef n(&e.node.tree(), i);
+      if (!n.is(NodeKind::condition) || n.at(0).text() != a.name || n.range().begin != n.at(0).range().begin) continue;
+      if (n.at(1))
+        known.emplace_back(n.at(1).text());
+      else
+        known.insert(known.end(), {"yes", "no"});
+    }
+    if (known.empty()) continue;  // no condition asks it
+    for (NodeRef p : e.node.child(NodeKind::params).children())
+      if (p.at(0).text() == a.name && p.at(1).is(NodeKind::name)) known.emplace_back(p.at(1).text());
+    if (std::find(known.begin(), known.end(), a.word) != known.end()) continue;
+    std::sort(known.begin(), known.end());
+    known.erase(std::unique(known.begin(), known.end()), known.end());
+    std::string words = known.front();
+    for (std::size_t i = 1; i < known.size(); ++i) words += (i + 1 == known.size() ? " or " : ", ") + known[i];
+    evaluator.report(scope, call ? call : e.node.child(NodeKind::params),
+                     BadProperty{std::string(a.name), std::string(a.word), std::move(words)});
+    good = false;
+  }
+  return good;
+}
+
+}  // namespace
+
+std::optional<EntryUse> bind_entry(const Declaration& e, NodeRef call, const Scope& scope, Evaluator& evaluator,
+                                   double degree) {
+  const NodeRef params = e.node.child(NodeKind::params);
+  if (call)
+    for (NodeRef a : call.children())
+      if (a.is(NodeKind::argument)) degree *= evaluator.degree(a, scope).value_or(1.0);
+  EntryUse use;
+  std::optional<Scope> inner;
+  if (!params && call && call.child(NodeKind::argument)) {
+    const auto intensity = intensity_of(e, call, scope, evaluator);
+    if (!intensity) return std::nullopt;
+    use.intensity = *intensity;
     inner = Scope{e.file, {}, scope.left_handed, scope.places};
   } else {
-    inner = evaluator.bind(call, false, e.name, params, e.file, scope);
+    inner = evaluator.bind(call, false, e.name, params, e.file, scope, true);
   }
-  if (!inner) return std::nullopt;
-  return EntryUse{std::move(*inner), intensity};
+  if (!inner || !known_words(e, call, *inner, scope, evaluator)) return std::nullopt;
+  use.scope = std::move(*inner);
+  // A degree scales what the entry itself calls its intensity; where it declares none, all of it.
+  bool declared = false;
+  for (Argument& a : use.scope.arguments) {
+    if (a.name != "intensity" || !a.word.empty() || !is_scalar(a.quantity.unit)) continue;
+    a.quantity.value *= degree;
+    declared = true;
+  }
+  if (!declared) use.intensity *= degree;
+  use.choices = Choices::of_use(e, {}, true, scope, evaluator);
+  return use;
 }
 
 std::optional<ClipDraft> lower_expression(const Declaration& d, Evaluator& evaluator) {
@@ -571,10 +679,11 @@ std::optional<ClipDraft> lower_participant(const Declaration& discourse, const s
 }
 
 std::optional<ClipDraft> lower_entry(const Declaration& d, Evaluator& evaluator) {
-  bool good = true;
-  Scope scope = default_scope(d, evaluator, good);
-  if (!good) return std::nullopt;
-  return lower_entry(d, {std::move(scope), 1.0}, carrier_ns(d), evaluator);
+  Scope outer;
+  outer.file = d.file;
+  const auto use = bind_entry(d, {}, outer, evaluator);
+  if (!use) return std::nullopt;
+  return lower_entry(d, *use, carrier_ns(d), evaluator);
 }
 
 std::optional<ClipDraft> lower_entry(const Declaration& d, const EntryUse& use, std::int64_t length_ns,
@@ -585,7 +694,7 @@ std::optional<ClipDraft> lower_entry(const Declaration& d, const EntryUse& use, 
   clip.kind = program::ClipKind::entry;
   const Span span{0, length_ns, kUnreachable, kUnreachable};
   clip.end_ns = span.end_ns;
-  schedule_entry(clip, d, use.scope, span, {}, use.intensity, nullptr, evaluator);
+  schedule_entry(clip, d, use, span, nullptr, evaluator);
   mark_markers(clip, in);
   finish(clip, use.scope, evaluator);
   return clip;

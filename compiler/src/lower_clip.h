@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "schedule.h"
+#include "lower_entry.h"
 
 namespace nms::compiler {
 
@@ -47,14 +47,11 @@ void finish(ClipDraft& clip, const Scope& scope, Evaluator& evaluator);
 /// Marks that a clip asks for stand in it as markers.
 void mark_markers(ClipDraft& clip, const OutsideTimes::InClip& in);
 
-/// An entry's parameters, and what scales all of it: every entry has an intensity, declared or not, neg(60%).
-struct EntryUse {
-  Scope scope;
-  double intensity = 1.0;
-};
+/// An entry with the arguments of a use, and nothing else that the use says.
+/// @param degree  what stands in front of it: slightly neg
 /// @param call  its `argument` children are the use's; may not exist
 [[nodiscard]] std::optional<EntryUse> bind_entry(const Declaration& e, lang::NodeRef call, const Scope& scope,
-                                                 Evaluator& evaluator);
+                                                 Evaluator& evaluator, double degree = 1.0);
 /// The length of the carrier that an entry is played alone over.
 [[nodiscard]] std::int64_t carrier_ns(const Declaration& entry);
 

@@ -4,6 +4,8 @@
 #include <string>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include <nms/compiler/diagnostic_kinds.h>
 
 #include "profile.h"
@@ -21,17 +23,6 @@ std::string_view spreading_of(const Declaration& entry) {
 
 namespace {
 
-/// What an author calls a component: the name in it that says most.
-std::string_view component_name(NodeRef sum) {
-  std::string_view name = sum.text();
-  for (NodeRef term : sum.children())
-    for (NodeRef part : term.children()) {
-      if (part.is(NodeKind::name)) return part.text();
-      if (part.is(NodeKind::call)) return part.at(0).text();
-    }
-  return name;
-}
-
 void scale(Movement& m, double factor) {
   if (factor == 1.0) return;
   for (Amount& a : m.pose) a.value *= factor;
@@ -45,9 +36,51 @@ void scale(Movement& m, double factor) {
 std::int64_t own_length(const Movement& m) {
   std::int64_t length = 0;
   for (const Sequence& s : m.sequences) length = std::max(length, s.duration_ns);
-  for (const Oscillation& o : m.oscillations)
-    length = std::max(length, static_cast<std::int64_t>(o.count / o.rate_hz * 1e9 + 0.5));
+  for (const Oscillation& o : m.oscillations) length = std::max(length, length_of(o));
   return length;
+}
+
+/// A pose that alone is declared too strong has been reported there.
+void warn_of_saturation(NodeRef sum, const Pose& pose, double intensity, const Placed& placed, const Scope& scope,
+                        Evaluator& evaluator) {
+  const NodeRef term = sum.at(0);
+  if (intensity == 1.0 && !sum.at(1) && !term.at(1) && term.at(0).is(NodeKind::name)) return;
+  for (const Amount& a : pose) {
+    const ChannelInfo& c = evaluator.channels().channels[a.channel];
+    if (a.value <= 1.0 + 1e-9 && a.value >= c.low() - 1e-9) continue;
+    evaluator.report_in_use(scope, sum, placed.used,
+                            Saturated{c.name, fmt::format("{:.4g}%", a.value * 100.0),
+                                      fmt::format("{:.4g}%", a.value > 1.0 ? 100.0 : c.low() * 100.0)});
+  }
+}
+
+/// `X per cycle`: X once in each cycle of each sign that its span holds, from the sign's start to the end of its
+/// stroke. Where an entry is played alone its whole span is one cycle.
+void schedule_per_cycle(ClipDraft& clip, const Movement& movement, Placed base, const Scope& scope,
+                        const PlacementContext& context, Evaluator& evaluator) {
+  if (!movement.pose.empty()) {
+    evaluator.report(scope, base.node,
+                     WrongKind{std::string(base.name), "a pose", "a motion",
+                               "a pose has no cycles; write steps, as (50%: AU25; 50%: 0% AU25), or a swing"});
+    return;
+  }
+  base.extent = Extent::span;
+  base.cycles = 1;
+  if (context.tier == nullptr && context.entry) {
+    schedule(clip, movement, base, scope, evaluator);
+    return;
+  }
+  if (!base.span.has_signs()) {
+    evaluator.report(scope, base.node, NoSigns{fmt::format("{} per cycle", base.name)});
+    return;
+  }
+  for (std::uint32_t i = base.span.first_sign; i <= base.span.last_sign; ++i) {
+    const Sign& sign = context.tier->signs[i];
+    Placed one = base;
+    one.span = {sign.start_ns, sign.stroke_end_ns, i, i};
+    one.cycles = sign.cycles;
+    schedule(clip, movement, one, scope, evaluator);
+  }
 }
 
 /// Properties an entry may have; phases are read by read_timing.
@@ -61,13 +94,40 @@ bool known_entry_property(std::string_view name) {
 
 }  // namespace
 
+namespace {
+
+/// `when NAME`, `when NAME is WORD`: what the use says of a parameter. `no` is no, and so is a share of nothing.
+std::optional<bool> parameter_holds(NodeRef condition, const Scope& scope, Evaluator& evaluator) {
+  const NodeRef name = condition.at(0);
+  const NodeRef word = condition.at(1);
+  for (const Argument& a : scope.arguments) {
+    if (a.name != name.text()) continue;
+    if (word) return a.word == word.text();
+    if (!a.word.empty()) return a.word != "no";
+    if (is_scalar(a.quantity.unit)) return a.quantity.value > 0.0;
+    evaluator.report(scope, name,
+                     WrongKind{std::string(name.text()), std::string(lang::describe(a.quantity.unit)),
+                               "a word, a share or a count", ""});
+    return std::nullopt;
+  }
+  std::vector<std::string> known;
+  for (const Argument& a : scope.arguments) known.emplace_back(a.name);
+  evaluator
+      .report(scope, name, UnknownName{"parameter here", std::string(name.text()), lang::nearest(name.text(), known)})
+      .helps.push_back(fmt::format("for signs with that tag or gloss, write `sign {} in span`", name.text()));
+  return std::nullopt;
+}
+
+}  // namespace
+
 std::optional<bool> holds(NodeRef when, const PlacementContext& context, const Scope& scope, Evaluator& evaluator) {
   const NodeRef condition = when.child(NodeKind::condition);
   const NodeRef name = condition.at(0);
   if (when.has(lang::kFlagError) || !name) return std::nullopt;
-  if (condition.text() == name.text()) {  // `when NAME`: what would have to be the case, nobody has said
-    evaluator.report(scope, condition, NotCompiled{"a condition other than `sign TAG in span`"});
-    return std::nullopt;
+  if (condition.range().begin == name.range().begin) {
+    const auto met = parameter_holds(condition, scope, evaluator);
+    if (!met) return std::nullopt;
+    return *met != when.has(lang::kFlagUnless);
   }
   bool in_span = false;
   if (const NodeRef in = condition.at(1)) {
@@ -80,7 +140,7 @@ std::optional<bool> holds(NodeRef when, const PlacementContext& context, const S
   bool found = false;
   if (context.tier != nullptr)
     for (const Sign& s : context.tier->signs) {
-      if (s.tag != name.text() && s.gloss != name.text()) continue;
+      if (s.tag != name.text() && s.gloss != name.text() && stem(s.gloss) != name.text()) continue;
       found |= !in_span || (s.start_ns >= context.whole.start_ns && s.end_ns <= context.whole.end_ns);
     }
   return found != when.has(lang::kFlagUnless);
@@ -94,7 +154,8 @@ void schedule_component(ClipDraft& clip, NodeRef placement, Placed base, double 
   Placer placer(evaluator, scope, context);
   base.node = sum;
   if (base.name.empty()) base.name = component_name(sum);
-  base.timing = read_timing(placement.child(NodeKind::options), scope, evaluator, false).over(base.timing);
+  base.timing =
+      read_timing(placement.child(NodeKind::options), scope, evaluator, PropertyOwner::component).over(base.timing);
   base.fill = placement.child(NodeKind::fill).exists();
   if (const NodeRef over = placement.child(NodeKind::over)) {
     const auto span = placer.over(over);
@@ -147,51 +208,68 @@ void schedule_component(ClipDraft& clip, NodeRef placement, Placed base, double 
       if (const std::int64_t length = own_length(*movement); length > 0) span.end_ns = span.start_ns + length;
     base.timing.profile = read_profile(options, span, context, scope, evaluator);
   }
-  schedule(clip, *movement, base, scope, evaluator);
+  warn_of_saturation(sum, movement->pose, intensity, base, scope, evaluator);
+  if (placement.child(NodeKind::per_cycle))
+    schedule_per_cycle(clip, *movement, base, scope, context, evaluator);
+  else
+    schedule(clip, *movement, base, scope, evaluator);
 }
 
 namespace {
 
-/// What a condition leaves out is still checked: a name in it may be wrong.
+/// What a condition or a use leaves out is still checked: a name in it may be wrong.
 void check_item(NodeRef item, const Scope& scope, Evaluator& evaluator) {
   if (item.has(lang::kFlagError)) return;
   const NodeRef sum = item.is(NodeKind::placement) ? item.child(NodeKind::sum) : NodeRef();
   if (sum) static_cast<void>(evaluator.sum(sum, scope));
-  if (item.is(NodeKind::optional)) evaluator.report(scope, item, NotCompiled{"optional"});
-  if (item.is(NodeKind::one_of)) evaluator.report(scope, item, NotCompiled{"one of"});
-  if (item.is(NodeKind::when))
+  if (item.is(NodeKind::when) || item.is(NodeKind::optional) || item.is(NodeKind::one_of))
     for (NodeRef inner : item.children()) check_item(inner, scope, evaluator);
 }
 
-/// Anything that may stand in an entry and moves something.
-void schedule_item(ClipDraft& clip, NodeRef item, const Placed& base, double intensity, const Scope& scope,
-                   const PlacementContext& context, Evaluator& evaluator) {
-  switch (item.kind()) {
-    case NodeKind::when: {
-      if (item.has(lang::kFlagError)) break;
-      const auto active = holds(item, context, scope, evaluator);
-      for (NodeRef inner : item.children()) {
-        if (inner.is(NodeKind::property) || inner.is(NodeKind::profile))
-          evaluator.report(scope, inner, NotCompiled{"a property under a condition"});
-        else if (active.value_or(false))
-          schedule_item(clip, inner, base, intensity, scope, context, evaluator);
-        else
-          check_item(inner, scope, evaluator);
+/// One use of an entry while its items are scheduled.
+struct Scheduling {
+  ClipDraft& clip;
+  const EntryUse& use;
+  const Placed& base;
+  const PlacementContext& context;
+  Evaluator& evaluator;
+
+  /// Anything that may stand in an entry and moves something.
+  void item(NodeRef node) const {
+    if (node.has(lang::kFlagError)) return;
+    switch (node.kind()) {
+      case NodeKind::when: {
+        const bool met = holds(node, context, use.scope, evaluator).value_or(false);
+        for (NodeRef inner : node.children()) met ? item(inner) : check_item(inner, use.scope, evaluator);
+        break;
       }
-      break;
+      case NodeKind::optional:
+        use.choices.leaves_out(node) ? check_item(node, use.scope, evaluator) : item(node.at(0));
+        break;
+      case NodeKind::one_of:
+        for (NodeRef alternative : node.children())
+          use.choices.leaves_out(alternative) ? check_item(alternative, use.scope, evaluator) : item(alternative);
+        break;
+      case NodeKind::placement:
+        schedule_component(clip, node, base, use.intensity, use.scope, context, evaluator);
+        break;
+      default:
+        break;
     }
-    case NodeKind::optional:
-      evaluator.report(scope, item, NotCompiled{"optional"});
-      break;
-    case NodeKind::one_of:
-      evaluator.report(scope, item, NotCompiled{"one of"});
-      break;
-    case NodeKind::placement:
-      schedule_component(clip, item, base, intensity, scope, context, evaluator);
-      break;
-    default:
-      break;
   }
+};
+
+/// Phases and profile of an entry as its conditions have them: what stands deeper wins, then what stands later.
+Timing timing_of(NodeRef parent, PropertyOwner owner, const PlacementContext& context, const Scope& scope,
+                 Evaluator& evaluator) {
+  Timing t = read_timing(parent, scope, evaluator, owner);
+  t.profile = read_profile(parent, context.whole, context, scope, evaluator);
+  for (NodeRef item : parent.children()) {
+    if (!item.is(NodeKind::when) || item.has(lang::kFlagError)) continue;
+    const Timing inner = timing_of(item, PropertyOwner::condition, context, scope, evaluator);
+    if (holds(item, context, scope, evaluator).value_or(false)) t = inner.over(t);
+  }
+  return t;
 }
 
 /// `synonym mm pah`: entries of the same lexicon, or of one that it extends, that may look the same.
@@ -234,13 +312,15 @@ void check_company(NodeRef property, const Scope& scope, Evaluator& evaluator) {
 
 }  // namespace
 
-void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scope, const Span& span, const Timing& use,
-                    double intensity, const ManualTier* tier, Evaluator& evaluator, NodeRef used) {
+void schedule_entry(ClipDraft& clip, const Declaration& entry, const EntryUse& use, const Span& span,
+                    const ManualTier* tier, Evaluator& evaluator) {
   if (entry.node.has(lang::kFlagError)) return;
-  Layer layer = Layer::lexical;
+  const Scope& scope = use.scope;
+  Placed base;
+  base.layer = Layer::lexical;
   if (const NodeRef function = entry.node.child(NodeKind::function)) {
     if (const auto read = read_layer(function.text())) {
-      layer = *read;
+      base.layer = *read;
     } else {
       evaluator.report(scope, function,
                        UnknownName{"function", std::string(function.text()),
@@ -249,18 +329,15 @@ void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scop
       return;
     }
   }
-  Timing own = read_timing(entry.node, scope, evaluator, true);
-  PlacementContext context{tier, span, true};
-  own.profile = read_profile(entry.node, span, context, scope, evaluator);
-  Placed base;
+  const PlacementContext context{tier, span, true};
   base.span = span;
   base.extent = Extent::natural;
-  base.timing = use.over(own);
-  base.layer = layer;
+  base.timing = use.timing.over(timing_of(entry.node, PropertyOwner::entry, context, scope, evaluator));
   base.entry = entry.name;
-  base.used = used;
+  base.used = use.node;
   base.cause = static_cast<std::uint32_t>(clip.causes.size());
-  clip.causes.push_back({entry.name, used, span, &entry});
+  clip.causes.push_back({entry.name, use.node, span, &entry});
+  const Scheduling scheduling{clip, use, base, context, evaluator};
   for (NodeRef item : entry.node.children()) {
     if (is_property(item) && item.at(0).text() == "synonym") check_synonyms(item, entry, scope, evaluator);
     if (is_property(item) && !known_entry_property(item.at(0).text()))
@@ -272,7 +349,7 @@ void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scop
                            "offset", "lead", "lag", "easing", "profile", "held", "competes", "before"}});
     if (is_property(item) && (item.at(0).text() == "competes" || item.at(0).text() == "before"))
       check_company(item, scope, evaluator);
-    schedule_item(clip, item, base, intensity, scope, context, evaluator);
+    scheduling.item(item);
   }
 }
 

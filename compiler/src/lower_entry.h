@@ -3,20 +3,30 @@
 #include <optional>
 #include <string_view>
 
+#include "choices.h"
 #include "schedule.h"
 
 namespace nms::compiler {
 
+/// One use of an entry: what it says of it.
+struct EntryUse {
+  Scope scope;             ///< the entry's own, arguments bound
+  double intensity = 1.0;  ///< scales all of it: every entry has an intensity, declared or not, neg(60%)
+  Choices choices;
+  Timing timing;       ///< phases and profile
+  lang::NodeRef node;  ///< its name or bracket, for messages; none where the entry is played alone
+};
+
 /// The word after `spreads`, or nothing.
 [[nodiscard]] std::string_view spreading_of(const Declaration& entry);
 
-/// Schedules all components of an entry over a span. `scope` is the entry's own, arguments bound.
-/// @param used  its name or bracket in an utterance, for messages; none where it is played alone
-void schedule_entry(ClipDraft& clip, const Declaration& entry, const Scope& scope, const Span& span, const Timing& use,
-                    double intensity, const ManualTier* tier, Evaluator& evaluator, lang::NodeRef used = {});
+/// Schedules all components of an entry over a span.
+void schedule_entry(ClipDraft& clip, const Declaration& entry, const EntryUse& use, const Span& span,
+                    const ManualTier* tier, Evaluator& evaluator);
 
 /// Whether the condition of a `when` or `unless` is met. Nothing: it is wrong or unclear, which has been reported.
 /// @param context  its `whole` is what `in span` means; without signs no sign is in anything
+/// @param scope  its arguments are what `when NAME` asks
 [[nodiscard]] std::optional<bool> holds(lang::NodeRef when, const PlacementContext& context, const Scope& scope,
                                         Evaluator& evaluator);
 

@@ -53,7 +53,7 @@ class TierBuilder {
       Bracket bracket;
       bracket.node = item;
       const NodeRef label = item.at(0);
-      bracket.label = label ? unquoted(label) : std::string_view();
+      bracket.label = label ? gloss_text(label) : std::string_view();
       bracket.first = static_cast<std::uint32_t>(tier_.signs.size());
       const std::size_t index = tier_.brackets.size();
       tier_.brackets.push_back(bracket);
@@ -71,8 +71,9 @@ class TierBuilder {
     Sign sign;
     sign.node = item;
     sign.non_dominant = non_dominant;
-    if (const NodeRef gloss = item.child(NodeKind::gloss)) sign.gloss = unquoted(gloss);
-    if (const NodeRef tag = item.child(NodeKind::tag); tag && tag.at(0)) sign.tag = tag.at(0).text();
+    if (const NodeRef gloss = item.child(NodeKind::gloss)) sign.gloss = gloss_text(gloss);
+    if (const NodeRef tag = item.child(NodeKind::tag)) sign.tag = tag.child(NodeKind::name).text();
+    sign.cycles = cycles_of(item, sign.gloss);
     if (const NodeRef alias = item.child(NodeKind::alias); alias && alias.at(0)) sign.alias = alias.at(0).text();
     if (const NodeRef time = item.child(NodeKind::sign_time)) {
       ++timed_;
@@ -91,6 +92,24 @@ class TierBuilder {
       ++untimed_;
     }
     tier_.signs.push_back(sign);
+  }
+
+  std::uint32_t cycles_of(NodeRef sign, std::string_view gloss) {
+    const NodeRef tag = sign.child(NodeKind::tag);
+    const NodeRef node = tag ? tag.child(NodeKind::quantity) : NodeRef();
+    if (!node) {
+      const std::size_t more = gloss.size() - stem(gloss).size();
+      if (more < kMaxSignCycles) return static_cast<std::uint32_t>(more) + 1;
+      evaluator_.report(scope_, sign, TooLarge{"the cycles of one sign", fmt::format("{}", kMaxSignCycles)});
+      return 1;
+    }
+    const auto q = evaluator_.quantity(node, lang::Unit::count, scope_);
+    if (!q) return 1;
+    const auto whole = q->value >= 1.0 && q->value <= kMaxSignCycles ? static_cast<std::uint32_t>(q->value) : 0U;
+    if (whole != 0 && static_cast<double>(whole) == q->value) return whole;
+    evaluator_.report(scope_, node,
+                      OutOfRange{std::string(node.text()), fmt::format("1x to {}x, in whole cycles", kMaxSignCycles)});
+    return 1;
   }
 
   void name_signs(std::uint32_t first) {
@@ -282,6 +301,11 @@ class TierBuilder {
 };
 
 }  // namespace
+
+std::string_view stem(std::string_view gloss) {
+  const std::size_t end = gloss.find_last_not_of('+');
+  return end == std::string_view::npos ? gloss : gloss.substr(0, end + 1);
+}
 
 ManualTier build_manual_tier(NodeRef utterance, const Scope& scope, Evaluator& evaluator) {
   return TierBuilder(scope, evaluator).build(utterance);

@@ -18,8 +18,15 @@ struct Sign {
   std::int64_t end_ns = 0;
   bool non_dominant = false;
   bool timed = false;  ///< by the source or from outside; else its times are measured ones
+  std::uint32_t cycles = 1;  ///< of its movement: one more for each `+` at the gloss's end, or what its tag counts
   lang::NodeRef node;
 };
+
+/// A gloss without the `+` at its end: WORK of WORK+++.
+[[nodiscard]] std::string_view stem(std::string_view gloss);
+
+/// Most cycles that one sign may have.
+inline constexpr std::uint32_t kMaxSignCycles = 100;
 
 /// A labelled bracket over signs [first, last].
 struct Bracket {

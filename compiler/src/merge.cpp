@@ -310,6 +310,8 @@ void hide(std::vector<MergedCurve>& all, std::vector<Layered>& layered, const Ch
 
 }  // namespace
 
+Curve strongest_of(std::vector<Curve> curves) { return join_all(std::move(curves), maximum); }
+
 std::vector<MergedCurve> merge(const ClipDraft& clip, const Channels& channels, MergeObserver* observer) {
   std::deque<Contribution> made;
   std::vector<Layered> all = merge_within_layers(clip, channels, made, observer != nullptr);

@@ -46,6 +46,9 @@ class MergeObserver {
   virtual void hidden(const Curve& taken, const Curve& merged) { static_cast<void>(taken), static_cast<void>(merged); }
 };
 
+/// The strongest of several curves at every time.
+[[nodiscard]] Curve strongest_of(std::vector<Curve> curves);
+
 /// Merges all contributions of a clip.
 ///  0. Of each channel what is held goes where another comes, and poses of one layer that follow each other are joined
 ///     from apex to apex (coarticulation.h).

@@ -50,8 +50,12 @@ void add_amount(Pose& pose, std::uint32_t channel, double value) {
 }
 
 bool Evaluator::fresh(NodeRef at, std::string_view kind) {
-  repeated_.labels.clear();
-  return reported_.emplace(&at.tree(), at.index(), kind).second;
+  return reported_.try_emplace({&at.tree(), at.index(), kind}, diagnostics_.all().size()).second;
+}
+
+void Evaluator::label_reported(NodeRef at, std::string_view kind, lang::Label label) {
+  const auto it = reported_.find({&at.tree(), at.index(), kind});
+  if (it != reported_.end()) diagnostics_.add_label(it->second, std::move(label));
 }
 
 bool Evaluator::spend(NodeRef at, const Scope& scope, std::size_t steps) {
@@ -114,7 +118,8 @@ bool Evaluator::action_unit(NodeRef token, const Scale& scale, const Scope& scop
 bool Evaluator::facs(NodeRef node, const Scale& scale, const Scope& scope, Movement& into) {
   const NodeRef string = node.child(NodeKind::string);
   if (!string) return false;
-  const std::string_view text = unquoted(string);
+  const std::string written = unquoted(string);
+  const std::string_view text = written;
   bool good = true;
   std::size_t begin = 0;
   while (begin <= text.size()) {
@@ -233,9 +238,12 @@ bool Evaluator::named(NodeRef name, NodeRef call, const Scale& scale, const Scop
                        fmt::format("to scale by it, write {} * P", word)});
       return false;
     }
-    report(scope, name, UnknownName{"pose, expression or motion", std::string(word), similar(word, [&] {
-                                      return declarations_.movement_names(scope.file);
-                                    })});
+    auto& missing = report(scope, name, UnknownName{"pose, expression or motion", std::string(word), similar(word, [&] {
+                                                      return declarations_.movement_names(scope.file);
+                                                    })});
+    if (const LexiconDeclaration* l = declarations_.lexicon_with(word))
+      missing.helps.push_back(fmt::format(
+          "it is an entry of {0}, which belongs in an utterance: utterance NAME in {0} {{ }}", l->declaration.name));
     return false;
   }
   auto inner = bind(call, skip_first, d->name, d->node.child(NodeKind::params), d->file, scope);

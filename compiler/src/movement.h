@@ -2,8 +2,8 @@
 
 #include <cassert>
 #include <cstdint>
+#include <map>
 #include <optional>
-#include <set>
 #include <string_view>
 #include <tuple>
 #include <unordered_map>
@@ -98,13 +98,22 @@ class Evaluator {
                                                  std::optional<std::int64_t> duration_ns, const Scope& scope);
 
   /// Arguments of a call (its `argument` children) matched to the parameters of a declaration: by name, by unit, in
-  /// order; then defaults. `skip_first`: the first argument picked a variant.
+  /// order; then defaults. `skip_first`: the first argument picked a variant. `degrees`: a degree's name is none of
+  /// them.
   [[nodiscard]] std::optional<Scope> bind(lang::NodeRef call, bool skip_first, std::string_view callee,
-                                          lang::NodeRef params, std::uint32_t params_file, const Scope& scope);
+                                          lang::NodeRef params, std::uint32_t params_file, const Scope& scope,
+                                          bool degrees = false);
   /// A sum as arithmetic: `-1 * by`, `2 * count`, `60%`.
   [[nodiscard]] std::optional<Argument> arithmetic(lang::NodeRef sum, const Scope& scope);
   /// A quantity node of the unit wanted; anything else is reported.
   [[nodiscard]] std::optional<lang::Quantity> quantity(lang::NodeRef node, lang::Unit unit, const Scope& scope);
+
+  /// A degree's factor. Nothing: it is no factor, which has been reported.
+  std::optional<double> degree_of(const Declaration& d);
+  /// The factor of an argument that is a degree's name, neg(slightly); nothing for any other.
+  [[nodiscard]] std::optional<double> degree(lang::NodeRef argument, const Scope& scope);
+  /// The factor of the degree that stands in front of something, slightly neg. Nothing: it is none, which is reported.
+  [[nodiscard]] std::optional<double> degree_in_front(lang::NodeRef factor, const Scope& scope);
 
   /// The easing that a step's or component's options name.
   [[nodiscard]] std::optional<Easing> easing(lang::NodeRef value, const Scope& scope);
@@ -116,8 +125,18 @@ class Evaluator {
       assert(diagnostics_.error_count() != 0);
       return repeated_;
     }
-    if (!fresh(at, Kind::kKind)) return repeated_;
+    if (!fresh(at, Kind::kKind)) {
+      repeated_ = {};  // whoever adds to it adds to nothing
+      return repeated_;
+    }
     return diagnostics_.report(at.tree().source_pointer(), at.range(), kind);
+  }
+
+  /// Reports at a node what only the place of its use brings about: each such place gets its label.
+  template <typename Kind>
+  void report_in_use(const Scope& scope, lang::NodeRef at, lang::NodeRef use, const Kind& kind) {
+    static_cast<void>(report(scope, at, kind));
+    if (use) label_reported(at, Kind::kKind, {use.tree().source_pointer(), use.range(), "used here"});
   }
 
   /// Names like `word` among those that `names()` lists. After many errors none are looked for: whoever has a thousand
@@ -161,6 +180,7 @@ class Evaluator {
   [[nodiscard]] std::optional<Movement> sum_within(lang::NodeRef node, const Scope& scope);
   [[nodiscard]] const Argument* argument(std::string_view name, const Scope& scope) const;
   [[nodiscard]] bool fresh(lang::NodeRef at, std::string_view kind);
+  void label_reported(lang::NodeRef at, std::string_view kind, lang::Label label);
   /// Counts steps of work; false once a definition has taken more than any sensible one.
   [[nodiscard]] bool spend(lang::NodeRef at, const Scope& scope, std::size_t steps = 1);
 
@@ -172,7 +192,8 @@ class Evaluator {
   std::unordered_map<std::uint64_t, std::optional<Movement>> known_;  ///< of declarations called without arguments
   std::unordered_set<std::uint64_t> too_heavy_;  ///< declarations that took too much work: reported, not tried again
   std::vector<lang::NodeRef> open_;              ///< declarations being worked out, to find circles
-  std::set<std::tuple<const lang::Tree*, std::uint32_t, std::string_view>> reported_;
+  /// What has been said of which node, and where it stands among the diagnostics.
+  std::map<std::tuple<const lang::Tree*, std::uint32_t, std::string_view>, std::size_t> reported_;
   lang::Diagnostic repeated_;  ///< what `report` hands back for a thing already said
   std::uint32_t spent_ = 0;
   std::uint32_t depth_ = 0;  ///< sums open at once

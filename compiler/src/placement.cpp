@@ -35,7 +35,7 @@ std::optional<std::uint32_t> Placer::tagged(std::string_view tag) const {
 }
 
 std::optional<std::uint32_t> Placer::sign(NodeRef name) {
-  const std::string_view text = unquoted(name);
+  const std::string_view text = gloss_text(name);
   if (context_.tier == nullptr || context_.tier->signs.empty()) {
     evaluator_.report(scope_, name, NoSigns{std::string(text)});
     return std::nullopt;

@@ -45,8 +45,7 @@ Curve trapezoid(std::int64_t t0, std::int64_t t1, std::int64_t t2, std::int64_t 
 /// Reports at a component what only the span of its use brings about.
 template <typename Kind>
 void report_in_use(const Scope& scope, const Placed& placed, Evaluator& evaluator, const Kind& kind) {
-  lang::Diagnostic& d = evaluator.report(scope, placed.node, kind);
-  if (placed.used) d.labels = {{placed.used.tree().source_pointer(), placed.used.range(), "used here"}};
+  evaluator.report_in_use(scope, placed.node, placed.used, kind);
 }
 
 bool room_left(ClipDraft& clip, const Placed& placed, const Scope& scope, Evaluator& evaluator) {
@@ -66,7 +65,13 @@ bool room_left(ClipDraft& clip, const Placed& placed, const Scope& scope, Evalua
 void place_pose(ClipDraft& clip, const Pose& pose, const Placed& placed, const Scope& scope, Evaluator& evaluator) {
   const Timing& t = placed.timing;
   const std::int64_t begin = placed.span.start_ns - t.lead_ns.value_or(0);
-  const std::int64_t release = placed.span.end_ns + t.lag_ns.value_or(0);
+  std::int64_t release = placed.span.end_ns + t.lag_ns.value_or(0);
+  if (placed.extent == Extent::point) {  // all of it lets go together, an apex after the last has come
+    std::int64_t onset = 0;
+    for (const Amount& a : pose)
+      onset = std::max(onset, t.onset_ns.value_or(evaluator.channels().track_of(a.channel).onset_ns));
+    release = begin + onset + t.apex_ns.value_or(0) + t.lag_ns.value_or(0);
+  }
   if (release <= begin) {
     evaluator.report(scope, placed.node, SpanTooShort{milliseconds(release - begin)});
     return;
@@ -76,7 +81,7 @@ void place_pose(ClipDraft& clip, const Pose& pose, const Placed& placed, const S
   std::int64_t marked_offset = -1;
   std::int64_t wanted = 0;
   for (const Amount& a : pose) {
-    const TrackInfo& track = evaluator.channels().tracks[evaluator.channels().channels[a.channel].track];
+    const TrackInfo& track = evaluator.channels().track_of(a.channel);
     std::int64_t onset = t.onset_ns.value_or(track.onset_ns);
     std::int64_t offset = t.offset_ns.value_or(track.offset_ns);
     if (onset > release - begin) {
@@ -161,9 +166,24 @@ void swing(Curve& out, const Oscillation& o, std::int64_t t0, std::int64_t t1, d
 void place_oscillation(ClipDraft& clip, const Oscillation& o, const Placed& placed, const Scope& scope,
                        Evaluator& evaluator) {
   const std::int64_t begin = placed.span.start_ns - placed.timing.lead_ns.value_or(0);
-  std::int64_t end = begin + rounded(o.count / o.rate_hz * 1e9);
-  double cycles = o.count;
-  if (placed.fill) {
+  double cycles = played_cycles(o.count);
+  std::int64_t end = begin + length_of(o);
+  if (cycles != o.count && !placed.fill)
+    report_in_use(
+        scope, placed, evaluator,
+        CyclesRounded{std::string(placed.name), fmt::format("{:.6g}x", o.count), fmt::format("{:.6g}x", cycles)});
+  if (placed.cycles != 0) {
+    end = placed.span.end_ns + placed.timing.lag_ns.value_or(0);
+    cycles *= placed.cycles;
+    if (end <= begin) {
+      evaluator.report(scope, placed.node, SpanTooShort{milliseconds(end - begin)});
+      return;
+    }
+    if (cycles > kMaxCycles) {
+      evaluator.report(scope, placed.node, TooLarge{"the number of cycles", fmt::format("{}", kMaxCycles)});
+      return;
+    }
+  } else if (placed.fill) {
     end = placed.span.end_ns + placed.timing.lag_ns.value_or(0);
     if (end <= begin) {
       evaluator.report(scope, placed.node, SpanTooShort{milliseconds(end - begin)});
@@ -210,12 +230,15 @@ void place_sequence(ClipDraft& clip, const Sequence& s, const Placed& asked, con
   const std::int64_t span_end = placed.span.end_ns + placed.timing.lag_ns.value_or(0);
   std::int64_t duration = s.duration_ns;
   int repeats = 1;
-  if (placed.extent == Extent::span || (placed.extent == Extent::natural && duration < 0) || placed.fill) {
+  if (placed.extent == Extent::span || (placed.extent == Extent::natural && duration < 0) || placed.fill ||
+      placed.cycles != 0) {
     if (span_end <= begin) {
       evaluator.report(scope, placed.node, SpanTooShort{milliseconds(span_end - begin)});
       return;
     }
-    if (placed.fill && duration > 0) {
+    if (placed.cycles != 0) {
+      repeats = static_cast<int>(placed.cycles);
+    } else if (placed.fill && duration > 0) {
       const double wanted = static_cast<double>(span_end - begin) / static_cast<double>(duration);
       repeats = std::max(1, static_cast<int>(std::min(wanted, kMaxCycles) + 0.5));
       const double change = wanted / repeats;
@@ -241,6 +264,12 @@ void place_sequence(ClipDraft& clip, const Sequence& s, const Placed& asked, con
 }
 
 }  // namespace
+
+double played_cycles(double count) {
+  return std::max(0.5, static_cast<double>(static_cast<std::int64_t>(count * 2.0 + 0.5)) / 2.0);
+}
+
+std::int64_t length_of(const Oscillation& o) { return rounded(played_cycles(o.count) / o.rate_hz * 1e9); }
 
 const DraftSource* source_at(const ClipDraft& clip, const Curve& curve, std::int64_t time_ns) {
   const CurveKnot* knot = nullptr;
@@ -268,7 +297,11 @@ Timing Timing::over(const Timing& farther) const {
   return t;
 }
 
-Timing read_timing(NodeRef parent, const Scope& scope, Evaluator& evaluator, bool entry_properties) {
+BadProperty misplaced_apex(std::string_view where) {
+  return {"apex", std::string(where), "a pose `at` a point without `for`: elsewhere the span says how long"};
+}
+
+Timing read_timing(NodeRef parent, const Scope& scope, Evaluator& evaluator, PropertyOwner owner) {
   Timing t;
   if (!parent) return t;
   for (NodeRef p : parent.children()) {
@@ -279,6 +312,7 @@ Timing read_timing(NodeRef parent, const Scope& scope, Evaluator& evaluator, boo
                                         : name == "offset" ? &t.offset_ns
                                         : name == "lead"   ? &t.lead_ns
                                         : name == "lag"    ? &t.lag_ns
+                                        : name == "apex"   ? &t.apex_ns
                                                            : nullptr;
     if (slot != nullptr) {
       if (!value || !value.is(NodeKind::quantity)) {
@@ -288,7 +322,12 @@ Timing read_timing(NodeRef parent, const Scope& scope, Evaluator& evaluator, boo
       }
       const auto q = evaluator.quantity(value, Unit::time, scope);
       if (!q) continue;
-      if ((name == "onset" || name == "offset") && q->nanoseconds < 0) {
+      if (name == "apex" && owner != PropertyOwner::component) {
+        evaluator.report(
+            scope, p, misplaced_apex(owner == PropertyOwner::use ? "by the use of an entry" : "for all of an entry"));
+        continue;
+      }
+      if ((name == "onset" || name == "offset" || name == "apex") && q->nanoseconds < 0) {
         evaluator.report(scope, value, OutOfRange{std::string(value.text()), "0s and above"});
         continue;
       }
@@ -298,13 +337,18 @@ Timing read_timing(NodeRef parent, const Scope& scope, Evaluator& evaluator, boo
     } else if (name == "held") {
       if (value) evaluator.report(scope, p, BadProperty{"held", std::string(value.text()), "no value"});
       t.held = true;
-    } else if (name == "apex") {
-      evaluator.report(scope, p, NotCompiled{std::string(name)});
-    } else if (!entry_properties) {
+    } else if (owner == PropertyOwner::use) {
+      if (name == "choose" || name == "optional") continue;  // read with the entry's choices
       evaluator.report(
           scope, p.at(0),
-          UnknownProperty{
-              std::string(name), "a component", {"onset", "offset", "lead", "lag", "easing", "profile", "held"}});
+          UnknownProperty{std::string(name),
+                          "the use of an entry",
+                          {"onset", "offset", "lead", "lag", "easing", "profile", "held", "choose", "optional"}});
+    } else if (owner != PropertyOwner::entry) {
+      evaluator.report(scope, p.at(0),
+                       UnknownProperty{std::string(name),
+                                       owner == PropertyOwner::condition ? "a condition" : "a component",
+                                       {"onset", "apex", "offset", "lead", "lag", "easing", "profile", "held"}});
     }
   }
   return t;
@@ -374,8 +418,10 @@ void schedule(ClipDraft& clip, const Movement& movement, const Placed& placed, c
               Evaluator& evaluator) {
   if (!room_left(clip, placed, scope, evaluator)) return;
   const std::size_t first = clip.contributions.size();
+  if (placed.timing.apex_ns && (placed.extent != Extent::point || movement.pose.empty()))
+    evaluator.report(scope, placed.node, misplaced_apex(movement.pose.empty() ? "to a motion" : "over a span"));
   if (!movement.pose.empty()) {
-    if (placed.extent == Extent::point) {
+    if (placed.extent == Extent::point && !placed.timing.apex_ns) {
       evaluator.report(scope, placed.node, MissingDuration{std::string(placed.name)});
       return;
     }

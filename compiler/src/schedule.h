@@ -38,6 +38,7 @@ struct Contribution {
   std::int64_t span_start_ns = 0;  ///< of what it was placed over, without leads and lags
   std::int64_t span_end_ns = 0;
   lang::NodeRef used;  ///< where an utterance uses the entry that it is of; none where there is no such place
+  lang::NodeRef gave_way;  ///< the rule by which another entry has taken some of it, `head from neg`
   Easing easing = Easing::smooth;
   bool pose = false;
   bool held = false;                    ///< no offset: it stands until another comes
@@ -52,6 +53,7 @@ void shift_in_time(Contribution& c, std::int64_t by_ns);
 /// Phases and shifts, as far as they are written. The nearest wins: component, then use, then entry, then track.
 struct Timing {
   std::optional<std::int64_t> onset_ns, offset_ns, lead_ns, lag_ns;
+  std::optional<std::int64_t> apex_ns;  ///< of a component at a point: how long it stays once it has come
   std::optional<Easing> easing;
   bool held = false;             ///< no offset: the value stands at the end of the clip
   std::optional<Curve> profile;  ///< factors over time, straight between its points
@@ -95,7 +97,7 @@ struct ClipDraft {
 enum class Extent : std::uint8_t {
   span,     ///< stated: it fills the span
   natural,  ///< its own length if it has one, from the span's start; else it fills the span
-  point,    ///< at a point: its own length, and it must have one
+  point,    ///< at a point: its own length; a pose has one if it states its apex
 };
 
 /// One thing to be placed.
@@ -105,6 +107,7 @@ struct Placed {
   Span span;
   Extent extent = Extent::span;
   bool fill = false;
+  std::uint32_t cycles = 0;  ///< not 0: it plays so often in its span, once for each cycle of a sign
   Timing timing;
   Layer layer = Layer::syntactic;
   bool stated = false;
@@ -112,6 +115,10 @@ struct Placed {
   lang::NodeRef used;      ///< where an utterance uses that entry, for messages; none where it is played alone
   std::uint32_t cause = kUnreachable;  ///< index into the clip's causes
 };
+
+/// The cycles that are played of a count: a multiple of a half, and how long they take.
+[[nodiscard]] double played_cycles(double count);
+[[nodiscard]] std::int64_t length_of(const Oscillation& o);
 
 /// Puts a movement into a clip. Reports what does not fit.
 void schedule(ClipDraft& clip, const Movement& movement, const Placed& placed, const Scope& scope,
@@ -122,7 +129,10 @@ void schedule(ClipDraft& clip, const Movement& movement, const Placed& placed, c
 void play_sequence(ClipDraft& clip, const Sequence& sequence, std::int64_t start_ns, std::int64_t duration_ns,
                    bool rest, const Placed& placed, Evaluator& evaluator);
 
-/// The options `{ onset 167ms lead 233ms }` of a component, a use or an entry's own properties.
-[[nodiscard]] Timing read_timing(lang::NodeRef parent, const Scope& scope, Evaluator& evaluator, bool entry_properties);
+/// Whose properties are read: each has some that the others do not.
+enum class PropertyOwner : std::uint8_t { component, use, entry, condition };
+
+/// The options `{ onset 167ms lead 233ms }` of a component or a use, or the properties of an entry or a condition.
+[[nodiscard]] Timing read_timing(lang::NodeRef parent, const Scope& scope, Evaluator& evaluator, PropertyOwner owner);
 
 }  // namespace nms::compiler

@@ -16,6 +16,15 @@ Diagnostic& Diagnostics::add(Diagnostic diagnostic) {
   return all_.back();
 }
 
+void Diagnostics::add_label(std::size_t n, Label label) {
+  constexpr std::size_t kMostLabels = 8;
+  if (n >= all_.size()) return;
+  std::vector<Label>& labels = all_[n].labels;
+  const auto same = [&](const Label& l) { return l.source == label.source && l.range.begin == label.range.begin; };
+  if (labels.size() < kMostLabels && std::none_of(labels.begin(), labels.end(), same))
+    labels.push_back(std::move(label));
+}
+
 void Diagnostics::sort() {
   std::vector<const Source*> files;
   const auto file = [&files](const Diagnostic& d) {

@@ -405,6 +405,23 @@ class Formatter {
         node(n.at(0));
         put(" from ");
         return node(n.at(1));
+      case NodeKind::include:
+      case NodeKind::remove: {
+        put(identifier(n.kind()));
+        std::uint32_t count = 0;
+        for (NodeRef c : n.children()) count += c.is(NodeKind::name) ? 1U : 0U;
+        for (std::uint32_t i = 0; i < count; ++i) {
+          const bool from = n.is(NodeKind::include) && i + 1 == count;
+          put(i == 0 ? " " : from ? " from " : ", ");
+          node(n.at(i));
+        }
+        return;
+      }
+      case NodeKind::degree:
+        put("degree ");
+        node(n.child(NodeKind::name));
+        put(" = ");
+        return node(n.child(NodeKind::quantity));
       case NodeKind::landmark:
         put("landmark");
         for (NodeRef c : n.children()) {
@@ -566,9 +583,9 @@ class Formatter {
       case NodeKind::condition:
         if (n.at(0).node().begin > n.node().begin) put("sign ");
         node(n.at(0));
-        if (NodeRef where = n.at(1)) {
-          put(" in ");
-          node(where);
+        if (NodeRef second = n.at(1)) {
+          put(n.at(0).node().begin > n.node().begin ? " in " : " is ");
+          node(second);
         }
         return;
       case NodeKind::optional:
@@ -589,6 +606,10 @@ class Formatter {
       case NodeKind::tag:
         put("{");
         node(n.at(0));
+        if (NodeRef count = n.at(1)) {
+          put(" ");
+          node(count);
+        }
         return put("}");
       case NodeKind::sign_time:
         put("@");
@@ -646,6 +667,7 @@ class Formatter {
         put(" to ");
         return node(n.at(1));
       case NodeKind::edge_sign:
+      case NodeKind::per_cycle:
         return words(n);
       case NodeKind::function:
       case NodeKind::sides:

@@ -58,6 +58,7 @@ void Parser::declaration() {
       {"utterance", NodeKind::utterance, &Parser::utterance},
       {"discourse", NodeKind::discourse, &Parser::discourse},
       {"test", NodeKind::test, &Parser::test},
+      {"degree", NodeKind::degree, &Parser::degree},
       {"au", NodeKind::au, &Parser::au},
       {"axis", NodeKind::axis, &Parser::axis},
       {"track", NodeKind::track, &Parser::track},
@@ -149,6 +150,12 @@ bool Parser::pose() {
   if (at(Tok::left_paren) && !params()) return false;
   if (!expect(Tok::equal, "`=`")) return false;
   return sum();
+}
+
+bool Parser::degree() {
+  if (!name("the degree's name")) return false;
+  if (!expect(Tok::equal, "`=`", "write `degree slightly = 50%`")) return false;
+  return quantity("a factor, as 50%");
 }
 
 bool Parser::expression() {

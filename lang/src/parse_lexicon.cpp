@@ -15,7 +15,9 @@ bool Parser::lexicon() {
   return !panic_ && block([this] {
     if (at_word("entry")) return entry();
     if (at_word("combine")) return combine();
-    return unexpected("`entry` or `combine`");
+    if (at_word("include")) return include();
+    if (at_word("remove")) return remove();
+    return unexpected("`entry`, `combine`, `include` or `remove`");
   });
 }
 
@@ -49,6 +51,30 @@ bool Parser::entry() {
   return !panic_ && block([this] { return entry_item(); });
 }
 
+// `mm, th`: names with commas between.
+bool Parser::names(std::string_view what) {
+  while (name(what)) {
+    if (!at(Tok::comma)) return true;
+    advance();
+  }
+  return false;
+}
+
+bool Parser::include() {
+  Open node(*this, NodeKind::include);
+  advance();
+  if (!names("an entry's name")) return false;
+  if (!at_word("from")) return unexpected("`from`", "write `include mm, th from asl`");
+  advance();
+  return name("a lexicon's name");
+}
+
+bool Parser::remove() {
+  Open node(*this, NodeKind::remove);
+  advance();
+  return names("the name of an entry that the extended lexicon has");
+}
+
 bool Parser::at_property_word() const {
   if (!at(Tok::name)) return false;
   static constexpr std::string_view kWords[] = {
@@ -68,12 +94,14 @@ bool Parser::entry_item() {
     if (word == "optional") {
       Open node(*this, NodeKind::optional);
       advance();
-      return placement();
+      return at_one_of() ? one_of() : placement();
     }
-    if (word == "one" && text_.substr(token_.end, 3) == " of") return one_of();
+    if (at_one_of()) return one_of();
   }
   return placement();
 }
+
+bool Parser::at_one_of() const { return at_word("one") && text_.substr(token_.end, 3) == " of"; }
 
 bool Parser::when() {
   Open node(*this, NodeKind::when);
@@ -88,7 +116,10 @@ bool Parser::when() {
         name("a span's name");
       }
     } else {
-      name("a condition, as `sign TAG in SPAN`");
+      if (name("a condition: `sign TAG in SPAN`, or a parameter") && at_word("is")) {
+        advance();
+        name("a word that the parameter may be");
+      }
     }
   }
   skip_to_block();
@@ -99,7 +130,7 @@ bool Parser::one_of() {
   Open node(*this, NodeKind::one_of);
   advance();
   advance();
-  return block([this] { return placement(); });
+  return block([this] { return at_one_of() ? one_of() : placement(); });
 }
 
 bool Parser::combine() {
@@ -151,6 +182,10 @@ bool Parser::utterance_item() {
       if (next == '{' || next == 'n') return signs();
     }
     if (word == "signer") return property(false);
+    if (word == "optional") {  // `optional none`: a name elsewhere
+      const std::string_view rest = text_.substr(token_.end, 5);
+      if (rest.starts_with(" all") || rest == " none") return property(false);
+    }
     if (at_property_word()) return word == "profile" ? profile() : property(false);
     if (word == "when" || word == "unless") return when();
   }

@@ -10,7 +10,7 @@ bool Parser::at_placement_word() const {
     case 2:
       return w == "at" || w == "on" || w == "to" || w == "by";
     case 3:
-      return w == "for";
+      return w == "for" || w == "per";
     case 4:
       return w == "over" || w == "fill" || w == "from";
     case 5:
@@ -96,6 +96,11 @@ bool Parser::term() {
             leaf(NodeKind::name);
           }
           close(node);
+          return true;
+        }
+        if (at_primary() && !at(Tok::left_paren) && !star_only_) {  // a degree: `slightly smile`
+          wrap_last(NodeKind::factor);
+          continue;
         }
         return true;
       }

@@ -29,7 +29,14 @@ bool Parser::placement() {
       advance();
       if (!gloss()) return false;
     }
-    if (at_word("fill")) leaf(NodeKind::fill);
+    if (at_word("fill")) {
+      leaf(NodeKind::fill);
+    } else if (at_word("per")) {
+      Open per_cycle(*this, NodeKind::per_cycle);
+      advance();
+      if (!at_word("cycle")) return unexpected("`cycle`", "write `X per cycle`: once for each cycle of the sign");
+      advance();
+    }
   }
   return !at(Tok::left_brace) || options();
 }

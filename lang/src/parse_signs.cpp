@@ -210,7 +210,10 @@ void Parser::sign() {
 void Parser::tag() {
   Open node(*this, NodeKind::tag);
   advance();
-  if (name("a tag, as `WHERE{wh}`") && expect(Tok::right_brace, "`}`", "a tag is one name: `WHERE{wh}`")) return;
+  const bool tagged = at_quantity() || name("a tag, as `WHERE{wh}`");
+  if (tagged && (!at_quantity() || quantity()) &&
+      expect(Tok::right_brace, "`}`", "a tag is one name, a count of cycles, or both: `WHERE{wh}`, `WALK{3x}`"))
+    return;
   panic_ = false;
   while (token_.kind != Tok::eof && token_.kind != Tok::right_brace && token_.kind != Tok::right_bracket &&
          token_.kind != Tok::left_bracket && !token_.line_break)

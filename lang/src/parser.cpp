@@ -24,8 +24,8 @@ bool goes_on(Tok kind) {
 }
 
 constexpr std::string_view kDeclarations[] = {"use",     "pose",      "expression", "motion", "timeline",
-                                              "lexicon", "utterance", "discourse",  "test",   "au",
-                                              "axis",    "track",     "muscle",     "face"};
+                                              "lexicon", "utterance", "discourse",  "test",   "degree",
+                                              "au",      "axis",      "track",      "muscle", "face"};
 
 }  // namespace
 

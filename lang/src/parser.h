@@ -127,6 +127,7 @@ class Parser {
   bool test();
   bool play();
   bool expect_();
+  bool degree();
   bool discourse();
   bool discourse_item();
   bool role_shift();
@@ -136,8 +137,12 @@ class Parser {
   bool entry();
   bool entry_item();
   bool combine();
+  bool include();
+  bool remove();
+  bool names(std::string_view what);
   bool when();
   bool one_of();
+  [[nodiscard]] bool at_one_of() const;
   bool utterance();
   bool utterance_item();
 

@@ -31,6 +31,7 @@ namespace nms::compiler {
   X(MissingDuration, missing_duration, error)             \
   X(UnknownSign, unknown_sign, error)                     \
   X(AmbiguousSign, ambiguous_sign, error)                 \
+  X(AmbiguousLabel, ambiguous_label, error)               \
   X(SpanBackwards, span_backwards, error)                 \
   X(SpanTooShort, span_too_short, error)                  \
   X(BadProfile, bad_profile, error)                       \
@@ -51,6 +52,8 @@ namespace nms::compiler {
   X(PhasesShrunk, phases_shrunk, warning)                 \
   X(RateChanged, rate_changed, warning)                   \
   X(OutlastsTimeline, outlasts_timeline, warning)         \
+  X(SharedLabel, shared_label, warning)                   \
+  X(CyclesRounded, cycles_rounded, warning)               \
   X(Saturated, saturated, warning)                        \
   X(UnusedTimes, unused_times, warning)
 // clang-format on
@@ -163,6 +166,12 @@ struct AmbiguousSign {
   std::string name;
   std::vector<std::string> candidates;
   bool utterance = false;  ///< of a discourse, and no sign
+};
+/// A label that several entries of one lexicon have, where it is used. Labels: the entries.
+struct AmbiguousLabel {
+  NMS_KIND(ambiguous_label, error);
+  std::string label;
+  std::vector<std::string> candidates;  ///< names of entries
 };
 struct SpanBackwards {
   NMS_KIND(span_backwards, error);
@@ -285,6 +294,21 @@ struct OutlastsTimeline {
   NMS_KIND(outlasts_timeline, warning);
   std::string end;
   std::string length;
+};
+/// A label that is another entry's label, or its name, where it is declared. Label: that entry.
+struct SharedLabel {
+  NMS_KIND(shared_label, warning);
+  std::string label;
+  std::string entry;
+  std::string other;
+  bool is_name;  ///< of the other
+};
+/// A count of cycles that is no multiple of a half.
+struct CyclesRounded {
+  NMS_KIND(cycles_rounded, warning);
+  std::string what;
+  std::string count;
+  std::string used;
 };
 struct Saturated {
   NMS_KIND(saturated, warning);

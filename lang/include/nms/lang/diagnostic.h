@@ -73,6 +73,9 @@ class Diagnostics {
   }
   Diagnostic& add(Diagnostic diagnostic);
 
+  /// Adds a place to one already reported, the n-th of `all()`; nothing where it has that place, or eight.
+  void add_label(std::size_t n, Label label);
+
   [[nodiscard]] const std::vector<Diagnostic>& all() const { return all_; }
   [[nodiscard]] std::size_t error_count() const { return errors_; }
   [[nodiscard]] std::size_t warning_count() const { return warnings_; }

@@ -23,17 +23,20 @@ namespace nms::lang {
   X(expression, "expression")         /* name params? quantity? step* */                                               \
   X(motion, "motion")                 /* name params? (steps | sum) */                                                 \
   X(timeline, "timeline")             /* name params? quantity? placement* */                                          \
-  X(lexicon, "lexicon")               /* name string? extends? (entry | combine)* */                                   \
+  X(lexicon, "lexicon")               /* name string? extends? (entry | combine | include | remove)* */                \
   X(extends, "extends")               /* name */                                                                       \
   X(entry, "entry")                   /* name params? function? for_sign? (property|profile|placement|when|optional|one_of)* */ \
   X(function, "function")             /* no children; text is the word: syntactic, lexical ... */                      \
   X(for_sign, "for sign")             /* string or gloss */                                                            \
   X(combine, "combine")               /* name name (combine_rule)* */                                                  \
   X(combine_rule, "combine rule")     /* name(what) name(from which), as `head from neg` */                            \
+  X(include, "include")               /* name+ (entries) name(the last: their lexicon); `include mm, th from asl` */   \
+  X(remove, "remove")                 /* name+ */                                                                      \
   X(utterance, "utterance")           /* name in? property* (signs | property | profile | placement | when)* */                         \
   X(in, "in")                         /* name */                                                                       \
   X(discourse, "discourse")           /* name in? (role|locus|pause|role_shift|by|name)*; name = an utterance */      \
   X(test, "test")                     /* string (play | expect)* */                                                    \
+  X(degree, "degree")                 /* name quantity */                                                              \
   X(au, "au")                         /* quantity(bare number) string sides? property* */                              \
   X(axis, "axis")                     /* name au_token au_token property*; `100% = 75deg` is a property named "100%" */\
   X(track, "track")                   /* name property* */                                                             \
@@ -54,7 +57,7 @@ namespace nms::lang {
   /* ---- what moves: sums of scaled things */                                                                        \
   X(sum, "sum")                       /* term+ */                                                                      \
   X(term, "term")                     /* factor* primary; primary = au_token name call facs mouthing group steps quantity */ \
-  X(factor, "factor")                 /* quantity | name | group(arithmetic); flags: kFlagStar if `*` is written */    \
+  X(factor, "factor")                 /* quantity | name | group(arithmetic); kFlagStar if `*` is written; a name without it is a degree */ \
   X(group, "group")                   /* sum; `( ... )` */                                                             \
   X(call, "call")                     /* name argument*; also left(...), dominant(...) and `gaze addressee` forms */   \
   X(argument, "argument")             /* name?(keyword, kFlagNamed) (sum | quantity | name | string); a lone number or name is no sum */ \
@@ -68,12 +71,13 @@ namespace nms::lang {
   X(string, "string")                 /* no children; text with its quotes */                                          \
   X(gloss, "gloss")                   /* no children; text as written, with its backquotes if any */                   \
   /* ---- placement: X over SPAN, X at POINT [for TIME], X on SIGN; X fill */                                         \
-  X(placement, "placement")           /* sum (over|at|on)? fill? options? ; a bracketed use is `bracket` */            \
+  X(placement, "placement")           /* sum (over|at|on)? (fill|per_cycle)? options? ; a bracketed use is `bracket` */ \
   X(over, "over")                     /* span */                                                                       \
   X(at, "at")                         /* point duration? */                                                            \
   X(on, "on")                         /* gloss or name */                                                              \
   X(duration, "for")                  /* quantity */                                                                   \
   X(fill, "fill")                     /* the word */                                                                   \
+  X(per_cycle, "per cycle")           /* the words */                                                                  \
   X(span, "span")                     /* span_end (span_end)? ; one: a name's own span; two: A..B */                   \
   X(span_end, "span end")             /* point | gloss | (tagged_sign | edge_sign) else? */                            \
   X(else_, "else")                    /* span_end */                                                                   \
@@ -83,13 +87,13 @@ namespace nms::lang {
   X(anchor, "anchor")                 /* gloss|name ? ; text begins start of, end of, stroke end of, mark; childless: start, end */ \
   X(offset, "offset")                 /* quantity; text holds the sign: `+ 30ms` */                                    \
   X(when, "when")                     /* condition (placement | property ...)* ; flags: kFlagUnless */                 \
-  X(condition, "condition")           /* text; names inside as children */                                             \
-  X(optional, "optional")             /* placement */                                                                  \
-  X(one_of, "one of")                 /* placement* */                                                                 \
+  X(condition, "condition")           /* `sign TAG in SPAN`, or name name?: `polite`, `style is formal` */             \
+  X(optional, "optional")             /* placement | one_of */                                                         \
+  X(one_of, "one of")                 /* (placement | one_of)* */                                                                 \
   /* ---- the manual tier */                                                                                          \
   X(signs, "signs")                   /* (sign | bracket)* ; flags: kFlagNonDominant for `signs nd` */                 \
   X(sign, "sign")                     /* gloss tag? sign_time? alias? */                                               \
-  X(tag, "tag")                       /* name; `{wh}` */                                                               \
+  X(tag, "tag")                       /* name? quantity?; `{wh}`, `{3x}`, `{wh 3x}` */                                 \
   X(sign_time, "sign time")           /* quantity quantity quantity? ; @ start .. end ~ held until */                  \
   X(alias, "alias")                   /* name; `as n1` */                                                              \
   X(bracket, "bracket")               /* name (argument*) (sign | bracket)* options? ; `topic[ ... ] { lead 1ms }` */  \

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "schedule.h"
+
+namespace nms::compiler {
+
+/// Facts about pairs of entries: where uses of A and B meet, what A has on the track of `head from B` gives way to B,
+///
+///   a (1 - w),   w = max of the envelopes of what B has on that track,
+///
+/// so that B takes over as it comes and hands back as it goes. Where B has nothing on the track, A stays. All envelopes
+/// are those before any rule, so that the order of rules says nothing. w in [0, 1]: more of A is never less of A.
+/// @param lexicon  of the utterance: its own combinations, then those of the lexicons it extends; for one pair the
+///                 nearest counts
+void combine(ClipDraft& clip, std::uint32_t lexicon, const Scope& scope, Evaluator& evaluator);
+
+/// Checks every `combine` of the roots' lexicons, met or not: its entries, tracks and rules.
+void check_combinations(Evaluator& evaluator);
+
+}  // namespace nms::compiler
