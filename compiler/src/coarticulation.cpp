@@ -12,7 +12,7 @@ bool starts_before(const Contribution* a, const Contribution* b) { return a->sta
 
 /// `next` begins once `pose` is at its apex, and is reached after the release: there is one way between the two.
 bool runs_into(const Contribution& pose, const Contribution& next) {
-  if (!pose.pose || !next.pose || pose.held) return false;
+  if (!pose.joins() || !next.joins() || pose.held) return false;
   if (next.start_ns < pose.apex_ns || next.apex_ns <= pose.release_ns) return false;
   return next.start_ns <= pose.end_ns || next.apex_ns - pose.release_ns < kHeldThroughNs;
 }
@@ -84,7 +84,7 @@ void coarticulate(std::vector<const Contribution*>& group, program::MergeOperato
   const auto keep = [&](const Contribution* c) { out.push_back(c); };
   for (const Contribution* c : group) {
     // Under `latest` nothing may begin between the two: it would take the place of one and not of the other.
-    if (!c->pose && op != program::MergeOperator::latest) {
+    if (!c->joins() && op != program::MergeOperator::latest) {
       keep(c);
       continue;
     }

@@ -133,7 +133,6 @@ void combine(ClipDraft& clip, std::uint32_t lexicon, const Scope& scope, Evaluat
     c.curve = without(c.curve, takings[g.taking], c.held);
     c.envelope = without(c.envelope, takings[g.taking], c.held);
     c.gave_way = g.rule;
-    c.pose = false;  // its value is no longer that of its apex: it is not joined with its neighbours
     knots += c.curve.knots.size() + c.envelope.knots.size();
     if (knots <= kMaxKnots) continue;
     evaluator.report(scope, g.rule, TooLarge{"the number of knots in one clip", fmt::format("{}", kMaxKnots)});

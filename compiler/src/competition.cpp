@@ -38,7 +38,7 @@ class PosesInOrder {
  public:
   explicit PosesInOrder(const ClipDraft& clip) : clip_(clip) {
     for (std::uint32_t i = 0; i < clip.contributions.size(); ++i)
-      if (clip.contributions[i].pose && clip.contributions[i].cause != kUnreachable) order_.push_back(i);
+      if (clip.contributions[i].joins() && clip.contributions[i].cause != kUnreachable) order_.push_back(i);
     std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
       return std::tuple(key(clip_.contributions[a]), a) < std::tuple(key(clip_.contributions[b]), b);
     });
@@ -91,7 +91,7 @@ void give_way(ClipDraft& clip, const Channels& channels) {
   std::vector<std::pair<std::uint32_t, LetGo>> found;
   for (std::uint32_t i = 0; i < clip.contributions.size(); ++i) {
     const Contribution& c = clip.contributions[i];
-    if (!c.pose || c.held || c.cause == kUnreachable) continue;
+    if (!c.joins() || c.held || c.cause == kUnreachable) continue;
     const DraftCause& cause = clip.causes[c.cause];
     LetGo times{c.release_ns, c.end_ns};
     const auto consider = [&](const std::vector<Related>& all, bool entries_only) {

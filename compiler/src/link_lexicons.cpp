@@ -179,7 +179,7 @@ class Linker {
                                    : !all.empty()           ? &all_.entries[all.front()]
                                                             : nullptr;
         all.push_back(index);
-        if (other == nullptr || !files_[l.declaration.file].root || entry.file != l.declaration.file) continue;
+        if (other == nullptr || !files_[l.declaration.file].root || entry.lexicon != lexicon) continue;
         auto& d = diagnostics_.report(
             value.tree().source_pointer(), value.range(),
             SharedLabel{text, std::string(entry.name), std::string(other->name), named != l.by_name.end()});

@@ -38,6 +38,9 @@ struct Contribution {
   std::int64_t span_start_ns = 0;  ///< of what it was placed over, without leads and lags
   std::int64_t span_end_ns = 0;
   lang::NodeRef used;  ///< where an utterance uses the entry that it is of; none where there is no such place
+  /// Whether it may be joined with its neighbours from apex to apex: what has given way is no longer what its apex
+  /// says.
+  [[nodiscard]] bool joins() const { return pose && !gave_way; }
   lang::NodeRef gave_way;  ///< the rule by which another entry has taken some of it, `head from neg`
   Easing easing = Easing::smooth;
   bool pose = false;
