@@ -294,7 +294,7 @@ holds "tests that pass" cmp out want
 silent "tests that pass" err
 expect 1 "a test that fails" "$nmsc" test tests.nms
 holds "a test that fails: the summary is last" test "$(tail -n 1 out)" = "2 passed, 1 failed"
-for line in 'failed: a <smile> & \"more\"' "tests.nms:3:42: error expectation_failed: AU12L is 0% at 0s" \
+for line in 'failed: a <smile> & "more"' "tests.nms:3:42: error expectation_failed: AU12L is 0% at 0s" \
   "expect AU12L >= 50%" "60% AU12 over 0.5s..1s"; do
   holds "a test that fails: prints $line" grep -qF -- "$line" out
 done

@@ -85,6 +85,13 @@ Curve part_of(const Curve& w, std::int64_t begin, std::int64_t end) {
   return {{first, last}};
 }
 
+/// `w` over the apex of what gives way; its ends hold through onset and offset, as a profile's do.
+Curve over_apex(const Curve& w, const Contribution& c) {
+  if (!c.pose || c.apex_ns > c.release_ns) return w;
+  const Curve ended = c.held ? w : until(w, c.release_ns);
+  return ended.empty() ? Curve{{w.knots.front()}} : since(ended, c.apex_ns);
+}
+
 /// c (1 - w), no longer than c.
 Curve without(const Curve& c, const Curve& w, bool held) {
   if (c.empty()) return c;
@@ -130,8 +137,9 @@ void combine(ClipDraft& clip, std::uint32_t lexicon, const Scope& scope, Evaluat
   std::size_t knots = 0;
   for (const Giving& g : givings) {
     Contribution& c = clip.contributions[g.contribution];
-    c.curve = without(c.curve, takings[g.taking], c.held);
-    c.envelope = without(c.envelope, takings[g.taking], c.held);
+    const Curve w = over_apex(takings[g.taking], c);
+    c.curve = without(c.curve, w, c.held);
+    c.envelope = without(c.envelope, w, c.held);
     c.gave_way = g.rule;
     knots += c.curve.knots.size() + c.envelope.knots.size();
     if (knots <= kMaxKnots) continue;

@@ -8,7 +8,9 @@ namespace nms::compiler {
 ///
 ///   a (1 - w),   w = max of the envelopes of what B has on that track,
 ///
-/// so that B takes over as it comes and hands back as it goes. Where B has nothing on the track, A stays. All envelopes
+/// so that B takes over as it comes and hands back as it goes. Over the onset of a pose of A, w is what it is at A's
+/// apex, over its offset what it is at A's release: two that come and go together do not cross on the way. Where B has
+/// nothing on the track, A stays. All envelopes
 /// are those before any rule, so that the order of rules says nothing. w in [0, 1]: more of A is never less of A.
 /// @param lexicon  of the utterance: its own combinations, then those of the lexicons it extends; for one pair the
 ///                 nearest counts

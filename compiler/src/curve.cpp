@@ -294,6 +294,24 @@ Curve until(const Curve& curve, std::int64_t time_ns) {
   return out;
 }
 
+Curve since(Curve curve, std::int64_t time_ns) {
+  const auto after = std::upper_bound(curve.knots.begin(), curve.knots.end(), time_ns,
+                                      [](std::int64_t t, const CurveKnot& k) { return t < k.time_ns; });
+  if (after == curve.knots.begin()) return curve;
+  CurveKnot& left = *(after - 1);
+  if (left.time_ns != time_ns && after != curve.knots.end()) {
+    const double length = static_cast<double>(after->time_ns - left.time_ns);
+    const Cubic c =
+        part({left.value, left.b1, left.b2, after->value}, static_cast<double>(time_ns - left.time_ns) / length, 1.0);
+    left.value = c.p0;
+    left.b1 = c.p1;
+    left.b2 = c.p2;
+  }
+  left.time_ns = time_ns;
+  curve.knots.erase(curve.knots.begin(), after - 1);
+  return curve;
+}
+
 Curve scaled(Curve curve, double factor) {
   for (CurveKnot& k : curve.knots) {
     k.value *= factor;

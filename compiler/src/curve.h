@@ -40,6 +40,8 @@ void ease_to(Curve& curve, std::int64_t time_ns, double value, Easing easing, st
 
 /// The curve up to a time at which it has begun, exactly; it ends with a knot there.
 [[nodiscard]] Curve until(const Curve& curve, std::int64_t time_ns);
+/// The curve from a time on, exactly; it begins with a knot there, unless it begins later.
+[[nodiscard]] Curve since(Curve curve, std::int64_t time_ns);
 [[nodiscard]] Curve scaled(Curve curve, double factor);
 [[nodiscard]] Curve add(const Curve& a, const Curve& b);
 /// The larger of the two at every time; where they are equal, `a`.

@@ -176,6 +176,26 @@ TEST(Curve, what_merges_stays_within_the_range) {
   }
 }
 
+TEST(Curve, a_part_of_a_curve_has_its_values) {
+  Curve c;
+  ease_to(c, 0, 0.2, Easing::smooth, 0);
+  ease_to(c, 100, 0.9, Easing::smooth, 1);
+  ease_to(c, 250, 0.1, Easing::linear, 2);
+  for (const std::int64_t cut : {0, 1, 40, 100, 249, 250}) {
+    const Curve first = until(c, cut);
+    const Curve rest = since(c, cut);
+    EXPECT_EQ(first.knots.back().time_ns, cut);
+    EXPECT_EQ(rest.knots.front().time_ns, cut);
+    for (std::int64_t t = 0; t <= 250; t += 10) {
+      EXPECT_NEAR(first.value(t), c.value(std::min(t, cut)), 1e-12) << cut << " " << t;
+      EXPECT_NEAR(rest.value(t), c.value(std::max(t, cut)), 1e-12) << cut << " " << t;
+    }
+  }
+  EXPECT_EQ(since(c, -5).knots.size(), c.knots.size());
+  EXPECT_EQ(since(c, 300).value(0), 0.1);
+  EXPECT_TRUE(until(c, -5).empty());
+}
+
 TEST(Curve, operands_may_be_exchanged) {
   Random random(7);
   for (int i = 0; i < 300; ++i) {
