@@ -31,9 +31,15 @@ struct Entry {
   std::vector<std::string> ids, synonyms;
 };
 
+struct Include {
+  std::vector<std::string> names;
+  std::string from;
+};
+
 struct Lexicon {
   std::string extends;
   std::vector<Entry> entries;
+  std::vector<Include> includes;
 };
 
 std::string unquoted(lang::NodeRef node) {
@@ -53,6 +59,14 @@ Entry read_entry(lang::NodeRef node) {
   return entry;
 }
 
+Include read_include(lang::NodeRef node) {
+  Include include;
+  for (const lang::NodeRef name : node.children()) include.names.emplace_back(name.text());
+  include.from = include.names.back();
+  include.names.pop_back();
+  return include;
+}
+
 /// All lexicons of the library, by name.
 const std::map<std::string, Lexicon>& lexicons() {
   static const auto* const all = [] {
@@ -68,7 +82,10 @@ const std::map<std::string, Lexicon>& lexicons() {
         if (const lang::NodeRef extends = node.child(lang::NodeKind::extends))
           lexicon.extends = extends.child(lang::NodeKind::name).text();
         for (const lang::NodeRef part : node.children())
-          if (part.is(lang::NodeKind::entry)) lexicon.entries.push_back(read_entry(part));
+          if (part.is(lang::NodeKind::entry))
+            lexicon.entries.push_back(read_entry(part));
+          else if (part.is(lang::NodeKind::include))
+            lexicon.includes.push_back(read_include(part));
       }
     }
     return found;
@@ -76,14 +93,29 @@ const std::map<std::string, Lexicon>& lexicons() {
   return *all;
 }
 
+/// The lexicon's entry of that name, its own or one that it includes.
+const Entry* find_entry(const std::string& lexicon, const std::string& name) {
+  for (const Entry& e : lexicons().at(lexicon).entries)
+    if (e.name == name) return &e;
+  for (const Include& i : lexicons().at(lexicon).includes)
+    for (const std::string& included : i.names)
+      if (included == name) return find_entry(i.from, name);
+  return nullptr;
+}
+
 /// Entries that an utterance `in` the lexicon can use: its own, then those of the lexicons it extends that have no
 /// entry of the same name before them.
 std::vector<Entry> visible(std::string name) {
   std::vector<Entry> out;
   std::set<std::string> seen;
-  for (; !name.empty(); name = lexicons().at(name).extends)
+  for (; !name.empty(); name = lexicons().at(name).extends) {
     for (const Entry& e : lexicons().at(name).entries)
       if (seen.insert(e.name).second) out.push_back(e);
+    for (const Include& i : lexicons().at(name).includes)
+      for (const std::string& included : i.names)
+        if (const Entry* e = find_entry(i.from, included); e != nullptr && seen.insert(included).second)
+          out.push_back(*e);
+  }
   return out;
 }
 

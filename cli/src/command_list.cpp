@@ -26,7 +26,11 @@ int list(const GlobalOptions& global, const std::vector<std::string>& files, boo
   if (entries) {
     std::string out;
     for (const auto& source : load_roots(files, sources, diagnostics))
-      out += entry_lines(*lang::parse(source, diagnostics));
+      out += entry_lines(*lang::parse(source, diagnostics), [&](std::string_view name) {
+        auto file = sources.find(fmt::format("{}.nms", name), source->path());
+        if (!file) file = sources.find(fmt::format("lexicons/{}.nms", name), source->path());
+        return file ? lang::parse(file, diagnostics) : nullptr;
+      });
     std::fwrite(out.data(), 1, out.size(), stdout);
     return finish(global, diagnostics);
   }

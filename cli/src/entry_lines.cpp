@@ -28,19 +28,47 @@ std::string values(NodeRef entry, std::string_view property) {
   return out;
 }
 
+std::string line(std::string_view lexicon, NodeRef entry) {
+  const NodeRef function = entry.child(NodeKind::function);
+  return fmt::format("{}\t{}\t{}\t{}\t{}\t{}\t{}\n", lexicon, entry.child(NodeKind::name).text(),
+                     function ? function.text() : std::string_view("lexical"), values(entry, "evidence"),
+                     values(entry, "id"), values(entry, "label"), values(entry, "meaning"));
+}
+
+/// The lines of `include mm, th from asl`; what the other lexicon includes itself is followed, `depth` files far.
+std::string included(std::string_view lexicon, NodeRef include, const FindLexicon& find, int depth) {
+  NodeRef from;
+  for (NodeRef name : include.children()) from = name;
+  const auto tree = depth > 0 && from ? find(from.text()) : nullptr;
+  if (!tree) return {};
+  std::string out;
+  for (NodeRef name : include.children()) {
+    if (name == from) break;
+    for (NodeRef other : tree->root().children()) {
+      if (!other.is(NodeKind::lexicon) || other.child(NodeKind::name).text() != from.text()) continue;
+      for (NodeRef part : other.children()) {
+        if (part.is(NodeKind::entry) && part.child(NodeKind::name).text() == name.text()) out += line(lexicon, part);
+        if (!part.is(NodeKind::include)) continue;
+        for (NodeRef again : part.children())
+          if (again.text() == name.text() && again != from) out += included(lexicon, part, find, depth - 1);
+      }
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
-std::string entry_lines(const lang::Tree& tree) {
+std::string entry_lines(const lang::Tree& tree, const FindLexicon& find) {
+  constexpr int kMostFiles = 10;  // of lexicons that include from one another
   std::string out;
   for (NodeRef lexicon : tree.root().children()) {
     if (!lexicon.is(NodeKind::lexicon)) continue;
-    const NodeRef lexicon_name = lexicon.child(NodeKind::name);
-    for (NodeRef entry : lexicon.children()) {
-      if (!entry.is(NodeKind::entry) || entry.has(lang::kFlagError)) continue;
-      const NodeRef function = entry.child(NodeKind::function);
-      out += fmt::format("{}\t{}\t{}\t{}\t{}\t{}\t{}\n", lexicon_name.text(), entry.child(NodeKind::name).text(),
-                         function ? function.text() : std::string_view("lexical"), values(entry, "evidence"),
-                         values(entry, "id"), values(entry, "label"), values(entry, "meaning"));
+    const std::string_view name = lexicon.child(NodeKind::name).text();
+    for (NodeRef part : lexicon.children()) {
+      if (part.has(lang::kFlagError)) continue;
+      if (part.is(NodeKind::entry)) out += line(name, part);
+      if (part.is(NodeKind::include)) out += included(name, part, find, kMostFiles);
     }
   }
   return out;
