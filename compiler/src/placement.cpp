@@ -67,7 +67,7 @@ std::optional<std::uint32_t> Placer::sign(NodeRef name) {
 }
 
 const Sign* Placer::named(NodeRef name) {
-  const std::string_view text = unquoted(name);
+  const std::string text = unquoted(name);
   if (context_.tier != nullptr && !context_.tier->utterances.empty() && !signed_here(text)) {
     const std::vector<Sign>& all = context_.tier->utterances;
     std::vector<const Sign*> found;
