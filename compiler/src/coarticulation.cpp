@@ -68,6 +68,7 @@ void end_held(std::vector<const Contribution*>& all, std::deque<Contribution>& m
         all[order[k]] = &made.back();
       }
     }
+    if (c.layer == Layer::ambient) continue;  // a breath ends nothing
     while (!outlasting.empty() && was[outlasting.back()]->end_ns <= c.end_ns) outlasting.pop_back();
     outlasting.push_back(order[k]);
   }

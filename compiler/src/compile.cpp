@@ -10,6 +10,7 @@
 #include <nms/compiler/explain.h>
 #include <nms/compiler/test.h>
 
+#include "ambient.h"
 #include "channels.h"
 #include "combine.h"
 #include "declarations.h"
@@ -156,6 +157,8 @@ std::optional<program::Draft> compile_all(const std::vector<std::shared_ptr<cons
     if (files[d.file].root) check_movement(d, evaluator);
   for (const Declaration& d : declarations.degrees)
     if (files[d.file].root) evaluator.degree_of(d);
+  for (const Declaration& d : declarations.ambients)
+    if (files[d.file].root) check_ambient(d, evaluator);
   check_combinations(evaluator);
 
   std::unordered_set<std::string> names;

@@ -119,6 +119,11 @@ Declarations Declarations::collect(std::vector<LoadedFile>& files, lang::SourceP
             all.clips.push_back(d);
           }
           break;
+        case NodeKind::ambient:
+          if (d.name.empty() || !unique.fresh("ambient", "ambient", d.name, i, node)) break;
+          all.ambient_index_[d.name].push_back(static_cast<std::uint32_t>(all.ambients.size()));
+          all.ambients.push_back(d);
+          break;
         case NodeKind::track:
           if (unique.fresh("track", "track", d.name, i, node)) all.tracks.push_back(d);
           break;
@@ -218,6 +223,10 @@ std::vector<std::string> Declarations::degree_names(std::uint32_t from) const {
   return names;
 }
 
+const Declaration* Declarations::find_ambient(std::string_view name, std::uint32_t from) const {
+  return nearest_of(ambient_index_, ambients, name, (*files_)[from]);
+}
+
 std::uint32_t Declarations::find_lexicon(std::string_view name) const {
   const auto it = lexicon_index_.find(name);
   return it == lexicon_index_.end() ? kUnreachable : it->second;
@@ -271,6 +280,13 @@ const LexiconDeclaration* Declarations::lexicon_with(std::string_view name) cons
 std::vector<std::string> Declarations::movement_names(std::uint32_t from) const {
   std::vector<std::string> names;
   for (const Declaration& d : movements)
+    if ((*files_)[from].distance[d.file] != kUnreachable) names.emplace_back(d.name);
+  return names;
+}
+
+std::vector<std::string> Declarations::ambient_names(std::uint32_t from) const {
+  std::vector<std::string> names;
+  for (const Declaration& d : ambients)
     if ((*files_)[from].distance[d.file] != kUnreachable) names.emplace_back(d.name);
   return names;
 }

@@ -53,7 +53,7 @@ class Declarations {
   std::vector<Declaration> clips;      ///< timeline, utterance, discourse
   std::vector<Declaration> entries;
   std::vector<LexiconDeclaration> lexicons;
-  std::vector<Declaration> tracks, axes, units, muscles, faces, tests, degrees;
+  std::vector<Declaration> tracks, axes, units, muscles, faces, tests, degrees, ambients;
 
   /// The movement `name` as file `from` sees it: its own first, then those of the files it uses, nearest first.
   [[nodiscard]] const Declaration* find_movement(std::string_view name, std::uint32_t from) const;
@@ -62,6 +62,8 @@ class Declarations {
   /// A degree, as `slightly`, by the same rule.
   [[nodiscard]] const Declaration* find_degree(std::string_view name, std::uint32_t from) const;
   [[nodiscard]] std::vector<std::string> degree_names(std::uint32_t from) const;
+  /// The ambient of that name that is nearest to file `from`.
+  [[nodiscard]] const Declaration* find_ambient(std::string_view name, std::uint32_t from) const;
   [[nodiscard]] std::uint32_t find_lexicon(std::string_view name) const;
   /// An entry by name, label or alias, in a lexicon or one that it extends: the nearest lexicon first, and in it names
   /// before labels. Of several that share the label, the first.
@@ -73,6 +75,7 @@ class Declarations {
 
   /// Names of all movements that `from` sees, for "did you mean".
   [[nodiscard]] std::vector<std::string> movement_names(std::uint32_t from) const;
+  [[nodiscard]] std::vector<std::string> ambient_names(std::uint32_t from) const;
   [[nodiscard]] std::vector<std::string> entry_names(std::uint32_t lexicon) const;
   /// A lexicon that has an entry of that name, label or alias, if any has.
   [[nodiscard]] const LexiconDeclaration* lexicon_with(std::string_view name) const;
@@ -84,6 +87,7 @@ class Declarations {
   std::unordered_map<std::string_view, std::vector<std::uint32_t>> clip_index_;
   std::unordered_map<std::string_view, std::vector<std::uint32_t>> degree_index_;
   std::unordered_map<std::string_view, std::uint32_t> lexicon_index_;
+  std::unordered_map<std::string_view, std::vector<std::uint32_t>> ambient_index_;
   const std::vector<LoadedFile>* files_ = nullptr;
 };
 

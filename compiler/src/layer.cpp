@@ -5,13 +5,13 @@
 namespace nms::compiler {
 namespace {
 
-constexpr std::string_view kNames[kLayerCount] = {"affect",        "prosody",   "mouthing", "lexical",
-                                                  "morphological", "syntactic", "discourse"};
+constexpr std::string_view kNames[kLayerCount] = {"ambient", "affect",        "prosody",   "mouthing",
+                                                  "lexical", "morphological", "syntactic", "discourse"};
 
 }  // namespace
 
 std::optional<Layer> read_layer(std::string_view function) {
-  for (int i = 0; i < kLayerCount; ++i)
+  for (int i = static_cast<int>(Layer::affect); i < kLayerCount; ++i)
     if (kNames[i] == function) return static_cast<Layer>(i);
   return std::nullopt;
 }

@@ -7,6 +7,7 @@
 
 #include <nms/compiler/diagnostic_kinds.h>
 
+#include "ambient.h"
 #include "combine.h"
 #include "competition.h"
 #include "lower_entry.h"
@@ -71,6 +72,7 @@ class UtteranceLowering {
     }
     mark_markers(clip_, in);
     finish(clip_, scope_, evaluator_);
+    if (!setting_.in_discourse) place_ambient(clip_, {d_.node}, scope_, evaluator_);
     return UtteranceDraft{std::move(clip_), std::move(tier_), whole_};
   }
 
@@ -661,6 +663,7 @@ std::optional<ClipDraft> lower_timeline(const Declaration& d, const Scope& scope
   clip.end_ns = length;
   mark_markers(clip, in);
   finish(clip, scope, evaluator);
+  place_ambient(clip, {d.node}, scope, evaluator);
   return clip;
 }
 

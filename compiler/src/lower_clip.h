@@ -23,6 +23,7 @@ struct UtteranceDraft {
 /// What a discourse says of an utterance in it.
 struct UtteranceSetting {
   const Places* places = nullptr;  ///< outlive the call
+  bool in_discourse = false;       ///< which says itself what faces do by themselves
   // Of `rs(ROLE)[ UTTERANCE ] { ... }`:
   lang::NodeRef role_shift;
   const Declaration* role_shift_entry = nullptr;

@@ -8,6 +8,8 @@
 
 #include <nms/compiler/diagnostic_kinds.h>
 
+#include "ambient.h"
+
 namespace nms::compiler {
 
 using lang::NodeKind;
@@ -208,6 +210,7 @@ class DiscourseLowering {
     finish(out_.clip, scope_, evaluator_);
     out_.clip.end_ns = std::max(out_.clip.end_ns, end_ns_ + std::max<std::int64_t>(stated_pause_ns_, 0));
     participants();
+    place_ambient(out_.clip, {d_.node}, scope_, evaluator_);
     return std::move(out_);
   }
 
@@ -315,6 +318,7 @@ class DiscourseLowering {
     // Where something is wrong nothing is made of it: an utterance has said what is wrong with it the first time.
     if (!tried_.insert(d).second && evaluator_.diagnostics().error_count() != 0) return;
     if (setting.places == nullptr) setting.places = &places_;
+    setting.in_discourse = true;
     auto part = lower_utterance(*d, evaluator_, setting);
     if (!part) return;
     spent_ += part->clip.contributions.size() + part->tier.signs.size() + part->clip.markers.size();
@@ -403,6 +407,7 @@ class DiscourseLowering {
   void participants() {
     std::vector<std::string_view> names;
     std::unordered_map<std::string_view, std::vector<NodeRef>> blocks;
+    std::vector<std::vector<NodeRef>> blocks_of_participants;
     for (NodeRef item : d_.node.children()) {
       if (!item.is(NodeKind::by) || item.has(lang::kFlagError) || !item.at(0)) continue;
       std::vector<NodeRef>& own = blocks[item.at(0).text()];
@@ -414,6 +419,7 @@ class DiscourseLowering {
       if (!clip) continue;
       clip->name = fmt::format("{}.{}", d_.name, name);
       clip->kind = program::ClipKind::discourse;
+      blocks_of_participants.push_back(std::move(blocks[name]));
       out_.participants.push_back(std::move(*clip));
     }
     // One clock: they begin and end together.
@@ -422,9 +428,11 @@ class DiscourseLowering {
       first.start_ns = std::min(first.start_ns, c.start_ns);
       first.end_ns = std::max(first.end_ns, c.end_ns);
     }
-    for (ClipDraft& c : out_.participants) {
+    for (std::size_t i = 0; i < out_.participants.size(); ++i) {
+      ClipDraft& c = out_.participants[i];
       c.start_ns = first.start_ns;
       c.end_ns = first.end_ns;
+      place_ambient(c, blocks_of_participants[i], scope_, evaluator_);
     }
   }
 

@@ -205,6 +205,26 @@ void scale(Layered& l, std::size_t layer, const Curve& taken) {
   if (Notes* const notes = l.notes_of(layer)) notes->scaled(static_cast<Layer>(layer), taken, l.value[layer]);
 }
 
+/// What a face does by itself is left what language does not claim on any channel of its track.
+void yield_to_language(std::vector<Layered>& all, const Channels& channels) {
+  constexpr auto kAmbient = static_cast<std::size_t>(Layer::ambient);
+  const auto track_of = [&](const Layered& l) { return channels.channels[l.channel].track; };
+  std::vector<std::optional<Curve>> taken(channels.tracks.size());
+  for (Layered& l : all) {
+    if (l.causes[kAmbient].empty()) continue;
+    std::optional<Curve>& claimed = taken[track_of(l)];
+    if (!claimed) {
+      std::vector<Curve> claims;
+      for (const Layered& other : all)
+        for (std::size_t layer = 0; track_of(other) == track_of(l) && layer <= Layered::kStated; ++layer)
+          if ((layer == Layered::kStated || linguistic(static_cast<Layer>(layer))) && !other.causes[layer].empty())
+            claims.push_back(claim(other.causes[layer]));
+      claimed = join_all(std::move(claims), maximum);
+    }
+    scale(l, kAmbient, *claimed);
+  }
+}
+
 /// Of the layers that share a slot, one moves it at a time: a later one in the slot's order is left what the earlier
 /// ones do not claim on any of the slot's channels.
 void share_slots(std::vector<Layered>& all, const Channels& channels) {
@@ -319,6 +339,7 @@ std::vector<MergedCurve> merge(const ClipDraft& clip, const Channels& channels, 
     return c.layer != clip.contributions.front().layer || c.stated != clip.contributions.front().stated;
   });
   if (several) {
+    yield_to_language(all, channels);
     share_slots(all, channels);
     scale_antagonists(all, channels);
   }

@@ -34,7 +34,8 @@ class MergeObserver {
   /// @param sum  they added: the operator says so, or the channel is an axis and the operator is not `latest`
   virtual void group(const std::vector<const Contribution*>& of, bool stated, program::MergeOperator op, bool sum,
                      const Curve& merged) = 0;
-  /// What the layer had became `merged`, scaled by (1 - taken): another of its slot, or antagonists above, took that.
+  /// What the layer had became `merged`, scaled by (1 - taken): another of its slot, antagonists above, or, from the
+  /// ambient layer, language on its track took that.
   virtual void scaled(Layer layer, const Curve& taken, const Curve& merged) = 0;
   /// All layers up to `layer` became `merged`.
   /// @param envelope  under `highest`: how far the layer took the place of those below; else, or if there are none,
@@ -54,7 +55,7 @@ class MergeObserver {
 ///     from apex to apex (coarticulation.h).
 ///  1. Within a layer by the track's operator: strongest is the maximum; sum adds (axes always add); latest lets the
 ///     later to start take the place of the earlier, as far as its envelope says.
-///  2. Across channels: of layers that share a slot a later one is left what the earlier ones do not claim, and a
+///  2. Across channels: the ambient layer is left what language does not claim on its track; of layers that share a slot a later one is left what the earlier ones do not claim, and a
 ///  higher
 ///     layer scales the antagonists below it by (1 - its own value).
 ///  3. Between layers by the track's other operator: either is v = 1 - prod(1 - v_i), of axes the sum; highest lets the

@@ -382,6 +382,7 @@ class Formatter {
       case NodeKind::muscle:
       case NodeKind::face:
       case NodeKind::by:
+      case NodeKind::ambient:
         return headed(n, identifier(n.kind()));
       case NodeKind::extends:
       case NodeKind::in:
@@ -635,8 +636,9 @@ class Formatter {
         if (text_[n.node().end - 1] == '}') block_after(n, 2);
         return;
       }
-      case NodeKind::play: {
-        put("play ");
+      case NodeKind::play:
+      case NodeKind::ambience: {
+        put(n.is(NodeKind::play) ? "play " : "ambient ");
         node(n.at(0));
         if (n.child(NodeKind::argument)) {
           put("(");

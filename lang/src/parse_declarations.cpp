@@ -64,6 +64,7 @@ void Parser::declaration() {
       {"track", NodeKind::track, &Parser::track},
       {"muscle", NodeKind::muscle, &Parser::muscle},
       {"face", NodeKind::face, &Parser::face},
+      {"ambient", NodeKind::ambient, &Parser::ambient},
   };
   if (at(Tok::name)) {
     const std::string_view word = slice(token_);
@@ -174,7 +175,34 @@ bool Parser::motion() {
 bool Parser::timeline() {
   name("the timeline's name") && (!at(Tok::left_paren) || params()) && (!at_quantity() || quantity());
   skip_to_block();
-  return !panic_ && block([this] { return placement(); });
+  return !panic_ && block([this] { return at_ambience() ? ambience() : placement(); });
+}
+
+bool Parser::ambient() {
+  name("the ambient's name") && (!at(Tok::left_paren) || params());
+  skip_to_block();
+  return !panic_ && block([this] {
+    Open node(*this, NodeKind::placement);
+    if (!sum()) return false;
+    if (at_word("fill")) leaf(NodeKind::fill);
+    return !at(Tok::left_brace) || options();
+  });
+}
+
+// `ambient NAME`: the word is a keyword where a name follows that no placement goes on with.
+bool Parser::at_ambience() {
+  if (!at_word("ambient")) return false;
+  const Mark before = mark();
+  advance();
+  const bool follows = at(Tok::name) && !at_word("over") && !at_word("at") && !at_word("on") && !at_word("fill");
+  go_back(before);
+  return follows;
+}
+
+bool Parser::ambience() {
+  Open node(*this, NodeKind::ambience);
+  advance();
+  return name("the ambient's name") && call_arguments();
 }
 
 bool Parser::test() {
@@ -191,19 +219,23 @@ bool Parser::play() {
   Open node(*this, NodeKind::play);
   advance();
   if (!name("the name of what to play")) return false;
-  if (at(Tok::left_paren)) {
-    const std::uint32_t opener = token_.begin;
-    if (!enter()) return false;
-    const bool ok = arguments(opener);
-    leave();
-    if (!ok) return false;
-  }
+  if (!call_arguments()) return false;
   if (at_word("for")) {
     Open duration(*this, NodeKind::duration);
     advance();
     return quantity("a time");
   }
   return true;
+}
+
+// `(ARGUMENTS)` after a name, if there are any.
+bool Parser::call_arguments() {
+  if (!at(Tok::left_paren)) return true;
+  const std::uint32_t opener = token_.begin;
+  if (!enter()) return false;
+  const bool ok = arguments(opener);
+  leave();
+  return ok;
 }
 
 bool Parser::expect_() {
@@ -261,7 +293,8 @@ bool Parser::discourse() {
 }
 
 bool Parser::discourse_item() {
-  const auto placements = [this] { return block([this] { return placement(); }); };
+  const auto placements = [this] { return block([this] { return at_ambience() ? ambience() : placement(); }); };
+  if (at_ambience()) return ambience();
   if (at_word("role") || at_word("locus")) {
     Open node(*this, at_word("role") ? NodeKind::role : NodeKind::locus);
     advance();
@@ -288,7 +321,7 @@ bool Parser::discourse_item() {
     return !panic_ && placements();
   }
   if (at_word("rs") && lexer_.byte_after_blanks(token_.end) == '(') return role_shift();
-  return name("an utterance's name, role, locus, pause, rs or by");
+  return name("an utterance's name, role, locus, pause, rs, by or ambient");
 }
 
 bool Parser::role_shift() {

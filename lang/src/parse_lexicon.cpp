@@ -188,6 +188,7 @@ bool Parser::utterance_item() {
     }
     if (at_property_word()) return word == "profile" ? profile() : property(false);
     if (word == "when" || word == "unless") return when();
+    if (at_ambience()) return ambience();
   }
   return placement();
 }

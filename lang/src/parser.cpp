@@ -23,9 +23,9 @@ bool goes_on(Tok kind) {
   }
 }
 
-constexpr std::string_view kDeclarations[] = {"use",     "pose",      "expression", "motion", "timeline",
-                                              "lexicon", "utterance", "discourse",  "test",   "degree",
-                                              "au",      "axis",      "track",      "muscle", "face"};
+constexpr std::string_view kDeclarations[] = {"use",       "pose",      "expression", "motion", "timeline", "lexicon",
+                                              "utterance", "discourse", "test",       "degree", "au",       "axis",
+                                              "track",     "muscle",    "face",       "ambient"};
 
 }  // namespace
 
@@ -208,8 +208,9 @@ bool Parser::declaration_begins_here() const {
   const std::string_view word = slice(token_);
   bool found = false;
   for (std::string_view d : kDeclarations) found = found || d == word;
-  // In the blocks of faces, action units and axes these are properties.
-  if (!found || word == "track" || word == "muscle" || word == "motion" || word == "axis" || word == "face")
+  // In the blocks of faces, action units and axes these are properties; in those of clips an ambient is used.
+  if (!found || word == "track" || word == "muscle" || word == "motion" || word == "axis" || word == "face" ||
+      word == "ambient")
     return false;
   std::uint32_t at = token_.end;
   while (lexer_.byte(at) == ' ') ++at;

@@ -124,8 +124,12 @@ class Parser {
   bool expression();
   bool motion();
   bool timeline();
+  bool ambient();
+  bool at_ambience();
+  bool ambience();
   bool test();
   bool play();
+  bool call_arguments();
   bool expect_();
   bool degree();
   bool discourse();

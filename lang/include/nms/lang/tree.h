@@ -22,7 +22,7 @@ namespace nms::lang {
   X(pose, "pose")                     /* name params? (sum) */                                                         \
   X(expression, "expression")         /* name params? quantity? step* */                                               \
   X(motion, "motion")                 /* name params? (steps | sum) */                                                 \
-  X(timeline, "timeline")             /* name params? quantity? placement* */                                          \
+  X(timeline, "timeline")             /* name params? quantity? (placement | ambience)* */                             \
   X(lexicon, "lexicon")               /* name string? extends? (entry | combine | include | remove)* */                \
   X(extends, "extends")               /* name */                                                                       \
   X(entry, "entry")                   /* name params? function? for_sign? (property|profile|placement|when|optional|one_of)* */ \
@@ -32,9 +32,10 @@ namespace nms::lang {
   X(combine_rule, "combine rule")     /* name(what) name(from which), as `head from neg` */                            \
   X(include, "include")               /* name+ (entries) name(the last: their lexicon); `include mm, th from asl` */   \
   X(remove, "remove")                 /* name+ */                                                                      \
-  X(utterance, "utterance")           /* name in? property* (signs | property | profile | placement | when)* */                         \
+  X(utterance, "utterance")           /* name in? property* (signs | property | profile | placement | ambience | when)* */              \
   X(in, "in")                         /* name */                                                                       \
-  X(discourse, "discourse")           /* name in? (role|locus|pause|role_shift|by|name)*; name = an utterance */      \
+  X(discourse, "discourse")           /* name in? (role|locus|pause|role_shift|by|ambience|name)*; name = an utterance */ \
+  X(ambient, "ambient")               /* name params? placement*; placement = sum fill? options? */                     \
   X(test, "test")                     /* string (play | expect)* */                                                    \
   X(degree, "degree")                 /* name quantity */                                                              \
   X(au, "au")                         /* quantity(bare number) string sides? property* */                              \
@@ -102,7 +103,8 @@ namespace nms::lang {
   X(locus, "locus")                   /* name (quantity | name)* */                                                    \
   X(pause, "pause")                   /* quantity */                                                                   \
   X(role_shift, "role shift")         /* name(role) name(utterance) placement* ; `rs(skycap)[ the_reply ] { }` */      \
-  X(by, "by")                         /* name placement* */                                                            \
+  X(by, "by")                         /* name (placement | ambience)* */                                               \
+  X(ambience, "use of an ambient")    /* name argument*; `ambient alive(seed = 7)` */                                  \
   X(play, "play")                     /* name argument* duration? */                                                   \
   X(expect, "expect")                 /* sum comparison? quantity? tolerance? (at | over | from_to)? */                \
   X(comparison, "comparison")         /* text: == <= >= < > rises falls never */                                       \
