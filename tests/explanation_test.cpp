@@ -33,6 +33,7 @@ TEST(Explanation, is_as_it_was) {
         Case{"--clip u --at 1.75 --channel AU4", "let_go.txt"}, Case{"--clip u --at 0.9 --channel head", "axes.txt"},
         Case{"--clip u --at 0.6 --channel head_yaw", "repeated.txt"},
         Case{"--clip u --at 1.0 --channel gaze", "latest.txt"}, Case{"--clip u --at=-0.1", "in_the_lead.txt"},
+        Case{"--clip breathing --at 2.1 --channel torso_pitch", "ambient.txt"},
         Case{"--clip steps --at 0.5", "steps.txt"},
         Case{"--clip steps --at 0.5 --channel AU12L --format json", "steps.json"}})
     expect_golden(kRoot / "tests/golden/explain" / c.golden,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -29,6 +30,8 @@ constexpr std::int64_t kLongestNs = 3'600'000'000'000;
 /// So that intervals keep some length.
 constexpr double kMostJitter = 0.9;
 constexpr double kLargestSeed = 1e9;
+constexpr std::int64_t kMostTimes = 50'000;
+constexpr std::size_t kMostComponents = 100;
 
 /// Numbers that are drawn: SplitMix64 (Steele, Lea & Flood 2014), begun with the FNV-1a hash of what they depend on.
 class Draws {
@@ -149,6 +152,12 @@ class ComponentReader {
     const std::vector<TrackInfo>& tracks = evaluator_.channels().tracks;
     for (std::uint32_t i = 0; i < tracks.size(); ++i)
       if (tracks[i].name == p.at(1).text()) {
+        for (const Guard& g : out.guards)
+          if (g.track == i && g.changes == changes) {
+            evaluator_.report(scope_, p, lang::DuplicateProperty{fmt::format("{} {}", p.at(0).text(), tracks[i].name)});
+            good_ = false;
+            return;
+          }
         out.guards.push_back({i, changes, within(p.at(2), q->nanoseconds, 0, kLongestNs)});
         return;
       }
@@ -205,9 +214,15 @@ class ComponentReader {
 std::vector<Component> read_components(const Declaration& ambient, const Scope& scope, Evaluator& evaluator) {
   std::vector<Component> out;
   ComponentReader reader(scope, evaluator);
-  for (NodeRef item : ambient.node.children())
-    if (item.is(NodeKind::placement))
-      if (auto component = reader.read(item)) out.push_back(std::move(*component));
+  for (NodeRef item : ambient.node.children()) {
+    if (!item.is(NodeKind::placement)) continue;
+    if (out.size() == kMostComponents) {
+      evaluator.report(scope, item,
+                       TooLarge{"the number of components of an ambient", fmt::format("{}", kMostComponents)});
+      break;
+    }
+    if (auto component = reader.read(item)) out.push_back(std::move(*component));
+  }
   return out;
 }
 
@@ -230,6 +245,9 @@ std::optional<std::uint64_t> read_seed(const Scope& scope, NodeRef at, Evaluator
 /// Times that are taken, apart from each other and in order.
 class Taken {
  public:
+  void add(const Taken& other, std::int64_t margin_ns) {
+    for (const TimeRange& r : other.ranges_) add(r.start_ns - margin_ns, r.end_ns + margin_ns);
+  }
   void add(std::int64_t start_ns, std::int64_t end_ns) { ranges_.push_back({start_ns, end_ns}); }
   void settle() {
     std::sort(ranges_.begin(), ranges_.end(), [](const TimeRange& a, const TimeRange& b) {
@@ -270,26 +288,39 @@ void add_course(const Curve& curve, bool changes, Taken& taken) {
   }
 }
 
-/// What language takes of a track. Read off what its contributions come to: poses that are joined leave no gap.
-Taken taken_by_language(const ClipDraft& clip, const Guard& guard, const Channels& channels) {
-  Taken taken;
-  ClipDraft own;
-  for (const Contribution& c : clip.contributions) {
-    if (channels.channels[c.channel].track != guard.track || !(c.stated || linguistic(c.layer))) continue;
-    own.contributions.push_back(c);
-    // What is stated to be at rest is a use too.
-    if (!guard.changes) taken.add(c.start_ns, c.held ? kAfter : c.end_ns);
+/// What language takes of the tracks of one clip, worked out once for each.
+class LanguageOnTracks {
+ public:
+  LanguageOnTracks(const ClipDraft& clip, const Channels& channels) : clip_(clip), channels_(channels) {}
+
+  /// Read off what its contributions come to: poses that are joined leave no gap.
+  const Taken& of(const Guard& guard) {
+    const auto [known, added] = known_.try_emplace({guard.track, guard.changes});
+    Taken& taken = known->second;
+    if (!added) return taken;
+    ClipDraft own;
+    for (const Contribution& c : clip_.contributions) {
+      if (channels_.channels[c.channel].track != guard.track || !(c.stated || linguistic(c.layer))) continue;
+      own.contributions.push_back(c);
+      // What is stated to be at rest is a use too.
+      if (!guard.changes) taken.add(c.start_ns, c.held ? kAfter : c.end_ns);
+    }
+    for (const MergedCurve& m : merge(own, channels_)) add_course(m.curve, guard.changes, taken);
+    taken.settle();
+    return taken;
   }
-  for (const MergedCurve& m : merge(own, channels)) add_course(m.curve, guard.changes, taken);
-  taken.settle();
-  return taken;
-}
+
+ private:
+  const ClipDraft& clip_;
+  const Channels& channels_;
+  std::map<std::pair<std::uint32_t, bool>, Taken> known_;
+};
 
 /// Puts one component into a clip.
 class ComponentPlacement {
  public:
-  ComponentPlacement(ClipDraft& clip, const Component& component, Placed placed, Draws draws, const Scope& scope,
-                     Evaluator& evaluator)
+  ComponentPlacement(ClipDraft& clip, const Component& component, Placed placed, Draws draws,
+                     LanguageOnTracks& language, const Scope& scope, Evaluator& evaluator)
       : clip_(clip),
         component_(component),
         placed_(std::move(placed)),
@@ -297,8 +328,9 @@ class ComponentPlacement {
         scope_(scope),
         evaluator_(evaluator) {
     placed_.node = component.node;
-    for (const Guard& g : component.guards)
-      guards_.push_back({taken_by_language(clip, g, evaluator.channels()), g.apart_ns});
+    placed_.extent = component.fill ? Extent::span : Extent::natural;
+    for (const Guard& g : component.guards) taken_.add(language.of(g), g.apart_ns);
+    taken_.settle();
   }
 
   void run() {
@@ -355,10 +387,7 @@ class ComponentPlacement {
     std::int64_t last = end_ns;     // a motion that does not end at rest goes on to it
     for (std::size_t i = before; i < clip_.contributions.size(); ++i)
       last = std::max(last, clip_.contributions[i].end_ns);
-    const bool in_the_way = std::any_of(guards_.begin(), guards_.end(), [&](const auto& guard) {
-      return guard.first.meets(start_ns - guard.second, last + guard.second);
-    });
-    if (in_the_way || last > clip_.end_ns) {
+    if (taken_.meets(start_ns, last) || last > clip_.end_ns) {
       clip_.contributions.resize(before);
       clip_.sources.resize(sources);
       clip_.counted = std::min(clip_.counted, before);
@@ -371,7 +400,7 @@ class ComponentPlacement {
   Draws draws_;
   const Scope& scope_;
   Evaluator& evaluator_;
-  std::vector<std::pair<Taken, std::int64_t>> guards_;
+  Taken taken_;
 };
 
 void place(ClipDraft& clip, NodeRef use, const Scope& scope, Evaluator& evaluator) {
@@ -392,20 +421,19 @@ void place(ClipDraft& clip, NodeRef use, const Scope& scope, Evaluator& evaluato
   if (!seed) return;
   Placed placed;
   placed.name = ambient->name;
-  placed.extent = Extent::natural;
   placed.layer = Layer::ambient;
   placed.entry = ambient->name;
   placed.used = use;
+  LanguageOnTracks language(clip, evaluator.channels());
   std::uint64_t index = 0;
-  const std::vector<Component> components = read_components(*ambient, *inner, evaluator);
-  for (const Component& c : components) {
-    if (c.fill) placed.extent = Extent::span;
-    if (!c.fill && c.movement.sequences.front().duration_ns < 0) {
+  for (const Component& c : read_components(*ambient, *inner, evaluator)) {
+    if (!c.fill && c.movement.sequences.front().duration_ns < 0)
       evaluator.report(*inner, c.node, MissingDuration{std::string(c.node.child(NodeKind::sum).text())});
-      continue;
-    }
-    ComponentPlacement(clip, c, placed, Draws(*seed, clip.name, index++), *inner, evaluator).run();
-    placed.extent = Extent::natural;
+    else if (clip.end_ns / c.every_ns > kMostTimes)
+      evaluator.report(*inner, c.node, TooLarge{"the number of times in one clip", fmt::format("{}", kMostTimes)});
+    else if (!clip.full)
+      ComponentPlacement(clip, c, placed, Draws(*seed, clip.name, index), language, *inner, evaluator).run();
+    ++index;
   }
 }
 

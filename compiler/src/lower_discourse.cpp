@@ -433,6 +433,10 @@ class DiscourseLowering {
       c.start_ns = first.start_ns;
       c.end_ns = first.end_ns;
       place_ambient(c, blocks_of_participants[i], scope_, evaluator_);
+      spent_ += c.contributions.size();
+      if (spent_ <= kMaxPlayed) continue;
+      too_large(blocks_of_participants[i].front(), "what discourses play", kMaxPlayed);
+      break;
     }
   }
 

@@ -222,6 +222,7 @@ void yield_to_language(std::vector<Layered>& all, const Channels& channels) {
       claimed = join_all(std::move(claims), maximum);
     }
     scale(l, kAmbient, *claimed);
+    simplify(l.value[kAmbient]);  // where nothing is left of it, it splits no segment of what is said
   }
 }
 
