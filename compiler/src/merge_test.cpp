@@ -196,7 +196,11 @@ TEST(Merge, layers_of_a_unit_never_pass_the_top) {
     const Curve c = merged(all, channels);
     for (std::int64_t t = 0; t < 5500; t += 7) {
       double rest = 1.0;
-      for (const Contribution& one : all) rest *= 1.0 - one.curve.value(t * kMs);
+      double said = 0.0;  // the ambient layer is left what language does not claim
+      for (const Contribution& one : all)
+        if (linguistic(one.layer)) said = std::max(said, one.envelope.value(t * kMs));
+      for (const Contribution& one : all)
+        rest *= 1.0 - one.curve.value(t * kMs) * (one.layer == Layer::ambient ? 1.0 - said : 1.0);
       ASSERT_NEAR(c.value(t * kMs), 1.0 - rest, kTolerance) << t;
     }
   }
@@ -362,7 +366,12 @@ class Listener : public MergeObserver {
     value = merged.value(time_ns_);
     (stated ? stated_value : layer_value) = value;
   }
-  void scaled(Layer, const Curve&, const Curve&) override { ADD_FAILURE() << "one channel has nobody to cede to"; }
+  void scaled(Layer layer, const Curve& taken, const Curve& merged) override {
+    EXPECT_EQ(layer, Layer::ambient) << "one channel has nobody else to cede to";
+    EXPECT_NEAR(merged.value(time_ns_), layer_value * (1.0 - taken.value(time_ns_)), kTolerance);
+    value = layer_value = merged.value(time_ns_);
+    ++yielded;
+  }
   void hidden(const Curve&, const Curve&) override { ADD_FAILURE() << "one channel is hidden by nothing"; }
   void layers(Layer, const Curve* envelope, const Curve& merged) override {
     EXPECT_EQ(envelope, nullptr);
@@ -376,7 +385,7 @@ class Listener : public MergeObserver {
     ++replacements;
   }
 
-  std::size_t heard = 0, left_out = 0, parts = 0, replacements = 0;
+  std::size_t heard = 0, left_out = 0, parts = 0, replacements = 0, yielded = 0;
   double layer_value = 0.0, stated_value = 0.0, value = 0.0;
 
  private:
@@ -387,7 +396,7 @@ class Listener : public MergeObserver {
 
 TEST(MergeObserver, hears_the_steps_that_lead_to_the_value_and_changes_nothing) {
   Random random(11);
-  std::size_t parts = 0, replacements = 0;
+  std::size_t parts = 0, replacements = 0, yielded = 0;
   for (int round = 0; round < 300; ++round)
     for (const Case& k : kCases) {
       const Channels channels = one_channel(k.op, k.axis);
@@ -410,9 +419,11 @@ TEST(MergeObserver, hears_the_steps_that_lead_to_the_value_and_changes_nothing) 
       EXPECT_NEAR(with.value(time), held, kTolerance);
       parts += listener.parts;
       replacements += listener.replacements;
+      yielded += listener.yielded;
     }
   EXPECT_GT(parts, 10U);
   EXPECT_GT(replacements, 100U);
+  EXPECT_GT(yielded, 100U);
 }
 
 }  // namespace
