@@ -410,7 +410,7 @@ head -c 4000 still.glb >cut.glb
 expect 1 "build on half an avatar" "$nmsc" build good.nms --clip look --on cut.glb -o again.glb
 expect 1 "build on no avatar" "$nmsc" build good.nms --clip look --on nowhere.glb -o again.glb
 holds "a build on no avatar writes nothing" test ! -e again.glb
-printf 'timeline wall 1s { AU65 over 0.2s..0.6s }\n' >wall.nms
+printf 'au 299 "Glow" { track mouth }\ntimeline wall 1s { AU299 over 0.2s..0.6s }\n' >wall.nms
 expect 0 "build what an avatar cannot show" "$nmsc" build wall.nms --on still.glb -o wall.glb
 says "build what an avatar cannot show" "not_on_avatar"
 
@@ -470,6 +470,14 @@ expect 1 "build of a broken lexicon" "$nmsc" build --lexicon bad.nms -o no
 holds "builds that fail make no folder" test ! -e no
 expect 2 "build of a lexicon and of files" "$nmsc" build good.nms --lexicon asl -o no
 expect 2 "build of nothing" "$nmsc" build -o no.glb
+
+# ---- How far a file is from the runtime's surface
+expect 0 "build --report" "$nmsc" build good.nms --clip smile --report -o told.glb
+says "build --report" "smile: max 0."
+expect 0 "build --max-error" "$nmsc" build good.nms --clip smile --max-error 0.1mm -o exact.glb
+says "build --max-error" "smile: max 0.0"
+expect 1 "build --max-error without a unit" "$nmsc" build good.nms --clip smile --max-error 0.1 -o exact2.glb
+says "build --max-error without a unit" "bad_length"
 
 # ---- Pictures of the face
 tiny=(--size 24x30 -o sheet.png)

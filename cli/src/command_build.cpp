@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <nms/lang/quantity.h>
 #include <nms/runtime/gltf_avatar.h>
 #include <nms/runtime/gltf_export.h>
 #include <nms/runtime/rig.h>
@@ -67,6 +68,21 @@ void run_on_avatar(const GlobalOptions& global, const BuildOptions& options, Sou
              static_cast<double>(made->glb.size()) / 1e6);
 }
 
+constexpr double kLeastError_mm = 0.01;
+
+/// One line a clip: how far the file's targets are from the runtime's surface.
+void print_errors(const runtime::GltfReport& report) {
+  for (const runtime::GltfClipError& e : report.clips) {
+    fmt::print(stderr, "  {}: max {:.2f} mm", e.clip, e.largest_m * 1000.0);
+    if (!e.mesh.empty()) fmt::print(stderr, " at {:.2f} s, {} near {}", e.time_s, e.mesh, e.place);
+    fmt::print(stderr, "; normals {:.1f} deg\n", e.normal_rad * 57.29577951308232);
+  }
+  if (!report.corrections.empty()) {
+    fmt::print(stderr, "  {} corrective target{}\n", report.corrections.size(),
+               report.corrections.size() == 1 ? "" : "s");
+  }
+}
+
 /// sources -> program -> face -> rig -> GLB, on disk.
 void run(const GlobalOptions& global, const BuildOptions& options, SourceFiles& sources,
          lang::Diagnostics& diagnostics) {
@@ -85,7 +101,20 @@ void run(const GlobalOptions& global, const BuildOptions& options, SourceFiles& 
     return;
   }
   warn_not_actuated(program, *rig, clips, options.face, diagnostics);
-  const auto glb = runtime::export_glb(*face, *rig, program, {options.clips, options.all_targets, options.dense});
+  runtime::GltfOptions wanted{options.clips, options.all_targets, options.dense};
+  if (!options.max_error.empty()) {
+    const auto length = lang::read_quantity(options.max_error);
+    if (!length || length->unit != lang::Unit::length || length->value < kLeastError_mm) {
+      add_failure(diagnostics, {"bad_length", "--max-error",
+                                fmt::format("\"{}\" is not a length of 0.01 mm or more", options.max_error),
+                                "write it with its unit: 0.2mm"});
+      return;
+    }
+    wanted.max_error_m = length->value / 1000.0;
+  }
+  runtime::GltfReport report;
+  const bool measured = options.report || wanted.max_error_m > 0.0;
+  const auto glb = runtime::export_glb(*face, *rig, program, wanted, measured ? &report : nullptr);
   if (!glb) {
     add_failure(diagnostics, glb.error());
     return;
@@ -97,6 +126,7 @@ void run(const GlobalOptions& global, const BuildOptions& options, SourceFiles& 
   fmt::print(stderr, "{}: {} clip{} on {}, {} vertices, {:.1f} MB\n", options.output, clips.size(),
              clips.size() == 1 ? "" : "s", options.face, face->skin.surface.rows,
              static_cast<double>(glb->size()) / 1e6);
+  if (measured) print_errors(report);
 }
 
 }  // namespace

@@ -32,6 +32,8 @@ struct BuildOptions {
   std::vector<std::string> clips;
   bool all_targets = false;
   bool dense = false;
+  std::string max_error;  ///< a length, or empty
+  bool report = false;
 };
 int build(const GlobalOptions& global, const BuildOptions& options);
 int build_lexicon(const GlobalOptions& global, const BuildOptions& options);

@@ -134,6 +134,12 @@ int main(int argc, char** argv) try {
       ->type_name("AVATAR.glb");
   build_command->add_flag("--all-targets", build_options.all_targets,
                           "Write every action unit the face can show, not only those used");
+  build_command
+      ->add_option("--max-error", build_options.max_error,
+                   "Add corrective targets until no vertex is further than this from the runtime's surface: 0.2mm")
+      ->type_name("LENGTH");
+  build_command->add_flag("--report", build_options.report,
+                          "Measure every clip against the runtime's surface, and say where it is furthest off");
   build_command->add_flag("--dense", build_options.dense,
                           "Plain accessors for morph targets, for importers without sparse ones");
   build_command->callback([&] {

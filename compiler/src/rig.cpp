@@ -110,12 +110,12 @@ class RigBuilder {
     program::Muscle m;
     const NodeRef kind = d.node.child(NodeKind::muscle_kind);
     const std::string_view word = kind ? kind.text() : std::string_view();
-    static constexpr std::string_view kKinds[] = {"linear", "sheet", "sphincter", "eyelid", "hinge", "bulge"};
+    static constexpr std::string_view kKinds[] = {"linear", "sheet", "sphincter", "eyelid", "hinge", "bulge", "roll"};
     const auto* it = std::find(std::begin(kKinds), std::end(kKinds), word);
     if (it == std::end(kKinds)) {
       evaluator_.report(scope, kind ? kind : d.node,
                         UnknownName{"kind of muscle", std::string(word),
-                                    lang::nearest(word, {"linear", "sheet", "sphincter", "eyelid", "hinge", "bulge"})});
+                                    lang::nearest(word, std::vector<std::string>(std::begin(kKinds), std::end(kKinds)))});
       return;
     }
     m.kind = static_cast<MuscleKind>(it - std::begin(kKinds));
@@ -135,7 +135,8 @@ class RigBuilder {
       return;
     }
     const bool needs_insertion = m.kind == MuscleKind::linear || m.kind == MuscleKind::sheet ||
-                                 m.kind == MuscleKind::sphincter || m.kind == MuscleKind::eyelid;
+                                 m.kind == MuscleKind::sphincter || m.kind == MuscleKind::eyelid ||
+                                 m.kind == MuscleKind::roll;
     if (needs_insertion && m.insertion == program::StringId{0}) {
       evaluator_.report(scope, d.node.child(NodeKind::name),
                         MissingProperty{"an insertion (to NAME)", std::string(d.name)});
@@ -188,8 +189,10 @@ class RigBuilder {
         m.frame = program::Frame::head;
       else if (word == "torso")
         m.frame = program::Frame::torso;
+      else if (word == "eyes")
+        m.frame = program::Frame::eyes;
       else
-        return bad("jaw, head or torso");
+        return bad("jaw, head, torso or eyes");
       return true;
     }
     if (name == "slide") {

@@ -342,7 +342,7 @@ TEST(check, refuses_every_broken_table_by_its_place) {
       {"sources[1]", [](Draft& d) { d.sources[1].line = 0; }},
       {"muscles[1]", [&](Draft& d) { d.muscles[1].except = kBadString; }},
       {"muscles[1]", [](Draft& d) { d.muscles[1].name = d.muscles[0].name; }},
-      {"muscles[1]", [](Draft& d) { d.muscles[1].kind = static_cast<MuscleKind>(6); }},
+      {"muscles[1]", [](Draft& d) { d.muscles[1].kind = static_cast<MuscleKind>(7); }},
       {"muscles[1]", [](Draft& d) { d.muscles[1].falloff = static_cast<Falloff>(2); }},
       {"muscles[1]", [&](Draft& d) { d.muscles[1].insertion_offset[2] = kNan; }},
       {"muscles[1]", [&](Draft& d) { d.muscles[1].slide[0] = kInf; }},

@@ -47,7 +47,8 @@ struct EnumNames<MarkerKind> {
 };
 template <>
 struct EnumNames<MuscleKind> {
-  static constexpr std::array<std::string_view, 6> kNames{"linear", "sheet", "sphincter", "eyelid", "hinge", "bulge"};
+  static constexpr std::array<std::string_view, 7> kNames{"linear", "sheet", "sphincter", "eyelid",
+                                                          "hinge",  "bulge", "roll"};
 };
 template <>
 struct EnumNames<Falloff> {

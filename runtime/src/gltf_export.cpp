@@ -16,9 +16,11 @@
 #include <tiny_gltf.h>
 
 #include <nms/program/evaluate.h>
+#include <nms/runtime/trigonometry.h>
 
 #include "animation_keys.h"
 #include "gltf_buffer.h"
+#include "linear_mesh.h"
 
 namespace nms::runtime {
 namespace {
@@ -34,6 +36,8 @@ constexpr float kPositionDust = 1e-6F;  // [m]
 constexpr float kNormalDust = 1e-3F;    // of a unit normal, 0.06 degrees
 // Bounds of what LINEAR keys may miss by.
 constexpr double kWeightTolerance = 0.002;                        // of an AU
+constexpr double kExactWeightTolerance = 0.0005;                  // where an error is asked for
+constexpr double kKeyShare = 0.05;                                // of that error, for one correction's weight
 constexpr double kTurnTolerance = 0.02 * 3.14159265358979 / 180;  // [rad]
 constexpr double kShiftTolerance = 1e-5;                          // [m]
 constexpr double kCorrectionTolerance = 0.02;                     // of a correction, itself below 3 mm
@@ -61,10 +65,24 @@ struct Correction {
 
 // A node whose mesh has targets.
 struct Morphed {
-  int node = 0;
+  std::string name;
+  int node = -1;
+  std::optional<std::size_t> part;  // index into Face::rigid; none: the skin
   std::vector<Target> targets;
   std::vector<Correction> corrections;  // after the targets
+  std::vector<std::string> residuals;   // after the corrections
+  LinearMesh linear;                    // all of them
+  std::optional<ResidualBasis> basis;
+
+  [[nodiscard]] std::size_t count() const { return targets.size() + corrections.size() + residuals.size(); }
 };
+
+// Of what the error allowed, targets may use so much; the rest is for keys.
+constexpr double kResidualShare = 0.75;
+constexpr std::size_t kMostResiduals = 96;  // of one mesh; a primitive holds 256 targets
+constexpr std::size_t kWorkingFields = 128;
+constexpr std::size_t kFieldsAtATime = 12;
+constexpr std::int64_t kErrorStep_ns = 16'666'667;
 
 std::vector<double> triple(glm::dvec3 v) { return {v.x, v.y, v.z}; }
 
@@ -77,8 +95,9 @@ constexpr std::array<Frame, kFrameCount> kFrameParents{Frame::torso, Frame::tors
 
 class Export {
  public:
-  Export(const Face& face, const Rig& rig, const Program& program, const GltfOptions& options)
-      : face_(face),
+  Export(const Face& face, const Rig& rig, const Program& program, const GltfOptions& options, GltfReport* report)
+      : report_(report),
+        face_(face),
         rig_(rig),
         program_(program),
         options_(options),
@@ -90,6 +109,10 @@ class Export {
     if (auto failure = choose_clips()) return tl::unexpected(std::move(*failure));
     skin_targets_ = choose_targets([&](ChannelId c) { return rig_.moves_skin(c); });
     choose_corrections();
+    make_morphed();
+    if (options_.max_error_m > 0.0) {
+      for (Morphed& m : morphed_) add_residuals(m);
+    }
     model_.asset.version = "2.0";
     model_.asset.generator = "nmsc";
     add_materials();
@@ -98,6 +121,12 @@ class Export {
     add_rigid_meshes();
     find_moving_frames();
     for (const Clip* clip : clips_) add_animation(*clip);
+    if (report_ != nullptr) {
+      for (const Morphed& m : morphed_) {
+        for (const Correction& c : m.corrections) report_->corrections.push_back(c.name);
+        report_->corrections.insert(report_->corrections.end(), m.residuals.begin(), m.residuals.end());
+      }
+    }
     return serialise();
   }
 
@@ -254,34 +283,262 @@ class Export {
       pose_.lids[correction.eye].upper = u;
     }
     move_points(face_, rig_, pose_);
-    make_surface(face_, pose_);
+    make_surface(face_, rig_, pose_);
   }
 
-  void add_corrections(tinygltf::Primitive& primitive, const std::vector<glm::vec3>& positions,
-                       const std::vector<glm::vec3>& normals) {
-    std::vector<glm::vec3> moved(positions.size());
-    std::vector<glm::vec3> turned(positions.size());
-    for (const Correction& correction : corrections_) {
-      pose_correction(correction, 1.0);
-      const bool bend = correction.kind != Correction::Kind::lid_contact;
-      const float end = bend ? -0.5F : -1.0F;
-      for (std::size_t v = 0; v < positions.size(); ++v) {
-        moved[v] = end * (pose_.positions[v] - positions[v]);
-        turned[v] = end * (pose_.normals[v] - normals[v]);
-      }
-      if (bend) {
-        pose_correction(correction, 0.5);
-        for (std::size_t v = 0; v < positions.size(); ++v) {
-          moved[v] += pose_.positions[v] - positions[v];
-          turned[v] += pose_.normals[v] - normals[v];
-        }
-      }
-      for (std::size_t v = 0; v < positions.size(); ++v) {
-        moved[v] = without_dust(moved[v], kPositionDust);
-        turned[v] = without_dust(turned[v], kNormalDust);
-      }
-      add_target(primitive, moved, turned);
+  // Where the pose keeps a mesh.
+  [[nodiscard]] const std::vector<glm::vec3>& posed(const Morphed& m) const {
+    return m.part ? pose_.parts[*m.part] : pose_.positions;
+  }
+  [[nodiscard]] const std::vector<glm::vec3>& posed_normals(const Morphed& m) const {
+    return m.part ? pose_.part_normals[*m.part] : pose_.normals;
+  }
+
+  void make_morphed() {
+    std::fill(values_.begin(), values_.end(), 0.0F);
+    if (!skin_targets_.empty() && face_.skin.surface.rows > 0) {
+      Morphed skin;
+      skin.name = "skin";
+      skin.targets = skin_targets_;
+      skin.corrections = corrections_;
+      pose_face(face_, rig_, values_, pose_);
+      skin.linear.positions = pose_.positions;
+      skin.linear.normals = pose_.normals;
+      morphed_.push_back(std::move(skin));
     }
+    for (std::uint32_t index = 0; index < face_.rigid.size(); ++index) {
+      if (pose_.parts[index].empty()) continue;
+      Morphed part;
+      part.name = face_.rigid[index].name;
+      part.part = index;
+      part.targets = choose_targets([&](ChannelId c) { return rig_.moves_part(c, index); });
+      part.linear.positions = face_.rigid[index].positions;
+      part.linear.normals = face_.rigid[index].normals;
+      if (!part.targets.empty()) morphed_.push_back(std::move(part));
+    }
+    for (Morphed& m : morphed_) {
+      for (const Target& target : m.targets) {
+        values_[target.channel] = target.sign;
+        pose_face(face_, rig_, values_, pose_);
+        values_[target.channel] = 0.0F;
+        LinearMesh::Target straight = straight_target(m);
+        for (std::size_t v = 0; v < straight.moved.size(); ++v) {
+          straight.moved[v] = posed(m)[v] - m.linear.positions[v];
+          straight.turned[v] = posed_normals(m)[v] - m.linear.normals[v];
+        }
+        m.linear.targets.push_back(without_dust(std::move(straight)));
+      }
+      for (const Correction& correction : m.corrections) m.linear.targets.push_back(straight_correction(m, correction));
+    }
+  }
+
+  static LinearMesh::Target straight_target(const Morphed& m) {
+    const std::size_t count = m.linear.positions.size();
+    return {std::vector<glm::vec3>(count, glm::vec3(0.0F)), std::vector<glm::vec3>(count, glm::vec3(0.0F))};
+  }
+
+  LinearMesh::Target straight_correction(const Morphed& m, const Correction& correction) {
+    LinearMesh::Target straight = straight_target(m);
+    pose_correction(correction, 1.0);
+    const bool bend = correction.kind != Correction::Kind::lid_contact;
+    const float end = bend ? -0.5F : -1.0F;
+    const std::vector<glm::vec3>& positions = m.linear.positions;
+    const std::vector<glm::vec3>& normals = m.linear.normals;
+    for (std::size_t v = 0; v < positions.size(); ++v) {
+      straight.moved[v] = end * (pose_.positions[v] - positions[v]);
+      straight.turned[v] = end * (pose_.normals[v] - normals[v]);
+    }
+    if (bend) {
+      pose_correction(correction, 0.5);
+      for (std::size_t v = 0; v < positions.size(); ++v) {
+        straight.moved[v] += pose_.positions[v] - positions[v];
+        straight.turned[v] += pose_.normals[v] - normals[v];
+      }
+    }
+    return without_dust(std::move(straight));
+  }
+
+  static LinearMesh::Target without_dust(LinearMesh::Target target) {
+    for (std::size_t v = 0; v < target.moved.size(); ++v) {
+      target.moved[v] = without_dust(target.moved[v], kPositionDust);
+      target.turned[v] = without_dust(target.turned[v], kNormalDust);
+    }
+    return target;
+  }
+
+  // ---- what straight targets lack
+
+  struct Moment {
+    const Clip* clip = nullptr;
+    std::int64_t time_ns = 0;
+    double error_m = 0.0;
+  };
+
+  // A frame of every clip at least every 60th of a second.
+  template <typename Visit>
+  void visit_moments(const Clip& clip, Visit visit) const {
+    const std::vector<std::int64_t> breaks = break_times(program_, clip);
+    for (std::size_t i = 0; i < breaks.size(); ++i) {
+      const std::int64_t end = i + 1 < breaks.size() ? breaks[i + 1] : breaks[i] + 1;
+      const std::int64_t steps = std::max<std::int64_t>(1, (end - breaks[i] + kErrorStep_ns - 1) / kErrorStep_ns);
+      for (std::int64_t k = 0; k < steps; ++k) visit(breaks[i] + (end - breaks[i]) * k / steps);
+    }
+  }
+
+  // Weights of targets and corrections for the values last evaluated; residuals 0.
+  void straight_weights(const Morphed& m, std::span<float> weights) {
+    for (std::size_t i = 0; i < m.targets.size(); ++i) weights[i] = target_weight(m.targets[i]);
+    if (!m.corrections.empty()) {
+      const Turns now = turns_of_values();
+      for (std::size_t i = 0; i < m.corrections.size(); ++i) {
+        weights[m.targets.size() + i] = static_cast<float>(correction_weight(m.corrections[i], now));
+      }
+    }
+    for (std::size_t i = m.targets.size() + m.corrections.size(); i < weights.size(); ++i) weights[i] = 0.0F;
+  }
+
+  // Weights of everything. Leaves what targets and corrections lack in `field_`.
+  void weights_at(const Morphed& m, const Clip& clip, std::int64_t time_ns, std::span<float> weights) {
+    evaluate_clip(clip, time_ns);
+    straight_weights(m, weights);
+    if (!m.basis) return;
+    find_residual(m, weights);
+    std::vector<double> fitted(m.basis->size());
+    m.basis->fit(field_, fitted);
+    const std::size_t first = m.targets.size() + m.corrections.size();
+    for (std::size_t j = 0; j < fitted.size(); ++j) weights[first + j] = static_cast<float>(fitted[j]);
+  }
+
+  void find_residual(const Morphed& m, std::span<const float> weights) {
+    pose_face(face_, rig_, values_, pose_);
+    field_.resize(m.linear.positions.size());
+    m.linear.place(weights, field_);
+    for (std::size_t v = 0; v < field_.size(); ++v) field_[v] = posed(m)[v] - field_[v];
+  }
+
+  void add_residuals(Morphed& m) {
+    const double bound = kResidualShare * options_.max_error_m;
+    m.basis.emplace(m.linear.positions.size());
+    struct Field {
+      Moment moment;
+      std::vector<glm::vec3> lacking;
+    };
+    std::vector<Field> working;
+    std::vector<double> fitted;
+    const auto remaining = [&](std::vector<glm::vec3> field) {
+      fitted.resize(m.basis->size());
+      m.basis->fit(field, fitted);
+      m.basis->subtract(fitted, field);
+      return field;
+    };
+    while (true) {
+      // Fit what is known, worst first.
+      while (m.basis->size() < kMostResiduals) {
+        std::size_t worst = 0;
+        Largest most;
+        for (std::size_t f = 0; f < working.size(); ++f) {
+          const Largest l = largest(remaining(working[f].lacking));
+          if (l.length > most.length) {
+            most = l;
+            worst = f;
+          }
+        }
+        if (most.length <= bound) break;
+        append_residual(m, working[worst].moment, remaining(working[worst].lacking), most.index);
+      }
+      if (m.basis->size() >= kMostResiduals || working.size() >= kWorkingFields) return;
+      // Look for moments that still lack something.
+      std::vector<Moment> moments;
+      for (const Clip* clip : clips_) {
+        visit_moments(*clip, [&](std::int64_t t) {
+          std::vector<float> weights(m.count());
+          evaluate_clip(*clip, t);
+          straight_weights(m, weights);
+          find_residual(m, weights);
+          const double error = largest(remaining(field_)).length;
+          if (error > bound) moments.push_back({clip, t, error});
+        });
+      }
+      if (moments.empty()) return;
+      std::stable_sort(moments.begin(), moments.end(),
+                       [](const Moment& a, const Moment& b) { return a.error_m > b.error_m; });
+      if (moments.size() > kFieldsAtATime) moments.resize(kFieldsAtATime);
+      for (const Moment& moment : moments) {
+        std::vector<float> weights(m.count());
+        evaluate_clip(*moment.clip, moment.time_ns);
+        straight_weights(m, weights);
+        find_residual(m, weights);
+        working.push_back({moment, field_});
+      }
+    }
+  }
+
+  void append_residual(Morphed& m, const Moment& moment, std::vector<glm::vec3> lacking, std::size_t at) {
+    LinearMesh::Target straight = straight_target(m);
+    straight.moved = std::move(lacking);
+    // The normals of that moment, less what the others give.
+    std::vector<float> weights(m.count());
+    weights_at(m, *moment.clip, moment.time_ns, weights);
+    m.linear.turn(weights, straight.turned);
+    for (std::size_t v = 0; v < straight.turned.size(); ++v) {
+      const bool still = straight.moved[v] == glm::vec3(0.0F);
+      straight.turned[v] = still ? glm::vec3(0.0F) : posed_normals(m)[v] - straight.turned[v];
+    }
+    straight = without_dust(std::move(straight));
+    m.residuals.push_back(fmt::format("fix.{}.{}", nearest_landmark(m.linear.positions[at]), m.residuals.size() + 1));
+    m.basis->add(straight.moved);
+    m.linear.targets.push_back(std::move(straight));
+  }
+
+  [[nodiscard]] std::string nearest_landmark(const glm::vec3& p) const {
+    std::string name = "face";
+    float least = 1e9F;
+    for (const program::Landmark& mark : program_.landmarks) {
+      const glm::vec3 d = p - glm::vec3(mark.position[0], mark.position[1], mark.position[2]);
+      const float squared = d.x * d.x + d.y * d.y + d.z * d.z;
+      if (squared >= least) continue;
+      least = squared;
+      name = program_.string(mark.name);
+    }
+    return name;
+  }
+
+  // The file's keys against the runtime, at every moment and half-way between keys.
+  void measure(const Clip& clip, const Morphed& m, const Keys& keys, GltfClipError& error) {
+    const std::size_t count = m.count();
+    std::vector<float> weights(count);
+    std::vector<glm::vec3> normals(m.linear.normals.size());
+    std::size_t key = 0;
+    const auto look = [&](std::int64_t t) {
+      const float at = static_cast<float>(static_cast<double>(t - clip.start_ns) / 1e9);
+      if (at < keys.times.front()) key = 0;
+      while (key + 1 < keys.times.size() && keys.times[key + 1] <= at) ++key;
+      const std::size_t next = std::min(key + 1, keys.times.size() - 1);
+      const float span = keys.times[next] - keys.times[key];
+      const float u = span > 0.0F ? std::clamp((at - keys.times[key]) / span, 0.0F, 1.0F) : 0.0F;
+      for (std::size_t i = 0; i < count; ++i) {
+        const float a = keys.values[key * count + i];
+        weights[i] = a + u * (keys.values[next * count + i] - a);
+      }
+      evaluate_clip(clip, t);
+      find_residual(m, weights);
+      const Largest most = largest(field_);
+      ++error.samples;
+      m.linear.turn(weights, normals);
+      for (std::size_t v = 0; v < normals.size(); ++v) {
+        const glm::vec3 n = normals[v];
+        const double length = std::sqrt(static_cast<double>(n.x * n.x + n.y * n.y + n.z * n.z));
+        const glm::vec3 o = posed_normals(m)[v];
+        const double c = length > 0.0 ? static_cast<double>(n.x * o.x + n.y * o.y + n.z * o.z) / length : 1.0;
+        error.normal_rad = std::max(error.normal_rad, arc_cosine(std::min(c, 1.0)));
+      }
+      if (most.length <= error.largest_m) return;
+      error.largest_m = most.length;
+      error.time_s = static_cast<double>(at);
+      error.mesh = m.name;
+      error.place = nearest_landmark(m.linear.positions[most.index]);
+    };
+    visit_moments(clip, look);
   }
 
   void add_materials() {
@@ -344,8 +601,8 @@ class Export {
     if (!face_.skin.colors.empty()) shared.attributes["COLOR_0"] = writer_.vectors(face_.skin.colors, false);
     add_joints(shared);
 
-    add_targets(shared, skin_targets_, positions, normals, pose_.positions, pose_.normals);
-    add_corrections(shared, positions, normals);
+    Morphed* morphed = morphed_of(std::nullopt);
+    if (morphed != nullptr) add_targets(shared, *morphed);
 
     tinygltf::Mesh mesh;
     mesh.name = "skin";
@@ -357,7 +614,7 @@ class Export {
       mesh.primitives.push_back(std::move(p));
     }
     if (mesh.primitives.empty()) return;
-    name_targets(mesh, skin_targets_, corrections_);
+    if (morphed != nullptr) name_targets(mesh, *morphed);
     model_.meshes.push_back(std::move(mesh));
 
     // A root of the scene of its own: the transforms above a skinned mesh do not count.
@@ -366,25 +623,18 @@ class Export {
     node.mesh = static_cast<int>(model_.meshes.size()) - 1;
     node.skin = 0;
     model_.scenes[0].nodes.push_back(index);
-    if (!skin_targets_.empty()) morphed_.push_back({index, skin_targets_, corrections_});
+    if (morphed != nullptr) morphed->node = index;
   }
 
-  // Poses the face at each target alone; `posed` and `posed_normals` are where the pose keeps this mesh.
-  void add_targets(tinygltf::Primitive& primitive, const std::vector<Target>& targets,
-                   const std::vector<glm::vec3>& positions, const std::vector<glm::vec3>& normals,
-                   const std::vector<glm::vec3>& posed, const std::vector<glm::vec3>& posed_normals) {
-    std::vector<glm::vec3> moved(positions.size());
-    std::vector<glm::vec3> turned(positions.size());
-    for (const Target& target : targets) {
-      values_[target.channel] = target.sign;
-      pose_face(face_, rig_, values_, pose_);
-      values_[target.channel] = 0.0F;
-      for (std::size_t v = 0; v < positions.size(); ++v) {
-        moved[v] = without_dust(posed[v] - positions[v], kPositionDust);
-        turned[v] = without_dust(posed_normals[v] - normals[v], kNormalDust);
-      }
-      add_target(primitive, moved, turned);
+  Morphed* morphed_of(std::optional<std::size_t> part) {
+    for (Morphed& m : morphed_) {
+      if (m.part == part) return &m;
     }
+    return nullptr;
+  }
+
+  void add_targets(tinygltf::Primitive& primitive, const Morphed& m) {
+    for (const LinearMesh::Target& target : m.linear.targets) add_target(primitive, target.moved, target.turned);
   }
 
   void add_target(tinygltf::Primitive& primitive, const std::vector<glm::vec3>& moved,
@@ -395,13 +645,12 @@ class Export {
     primitive.targets.push_back(std::move(attributes));
   }
 
-  static void name_targets(tinygltf::Mesh& mesh, const std::vector<Target>& targets,
-                           const std::vector<Correction>& corrections) {
-    if (targets.empty()) return;
-    mesh.weights.assign(targets.size() + corrections.size(), 0.0);
+  static void name_targets(tinygltf::Mesh& mesh, const Morphed& m) {
+    mesh.weights.assign(m.count(), 0.0);
     tinygltf::Value::Array names;
-    for (const Target& target : targets) names.emplace_back(target.name);
-    for (const Correction& correction : corrections) names.emplace_back(correction.name);
+    for (const Target& target : m.targets) names.emplace_back(target.name);
+    for (const Correction& correction : m.corrections) names.emplace_back(correction.name);
+    for (const std::string& residual : m.residuals) names.emplace_back(residual);
     mesh.extras = tinygltf::Value(tinygltf::Value::Object{{"targetNames", tinygltf::Value(names)}});
   }
 
@@ -442,10 +691,7 @@ class Export {
     std::fill(values_.begin(), values_.end(), 0.0F);
     for (std::uint32_t index = 0; index < face_.rigid.size(); ++index) {
       const RigidMesh& rigid = face_.rigid[index];
-      std::vector<Target> targets;
-      if (!pose_.parts[index].empty()) {
-        targets = choose_targets([&](ChannelId c) { return rig_.moves_part(c, index); });
-      }
+      Morphed* morphed = morphed_of(index);
       tinygltf::Mesh mesh;
       std::vector<glm::vec3> positions(rigid.positions.size());
       const glm::dvec3 origin = pivot(rigid.frame);
@@ -459,7 +705,7 @@ class Export {
         if (!written) {
           shared.attributes["POSITION"] = writer_.vectors(positions, true);
           shared.attributes["NORMAL"] = writer_.vectors(rigid.normals, false);
-          add_targets(shared, targets, rigid.positions, rigid.normals, pose_.parts[index], pose_.part_normals[index]);
+          if (morphed != nullptr) add_targets(shared, *morphed);
           written = true;
         }
         tinygltf::Primitive p = shared;
@@ -469,11 +715,11 @@ class Export {
       }
       if (mesh.primitives.empty()) continue;
       mesh.name = mesh_names.unique(rigid.name);
-      name_targets(mesh, targets, {});
+      if (morphed != nullptr) name_targets(mesh, *morphed);
       model_.meshes.push_back(std::move(mesh));
       const int node = add_node(rigid.name, frame_nodes_[index_of(rigid.frame)], glm::dvec3(0.0));
       model_.nodes[static_cast<std::size_t>(node)].mesh = static_cast<int>(model_.meshes.size()) - 1;
-      if (!targets.empty()) morphed_.push_back({node, std::move(targets), {}});
+      if (morphed != nullptr) morphed->node = node;
     }
   }
 
@@ -517,21 +763,24 @@ class Export {
     static constexpr std::array<double, 1> kTurnTolerances{kTurnTolerance};
     static constexpr std::array<double, 3> kShiftTolerances{kShiftTolerance, kShiftTolerance, kShiftTolerance};
 
+    GltfClipError error;
+    error.clip = animation.name;
     for (const Morphed& morphed : morphed_) {
-      const std::size_t count = morphed.targets.size();
-      std::vector<double> tolerance(count, kWeightTolerance);
-      tolerance.resize(count + morphed.corrections.size(), kCorrectionTolerance);
-      const Keys keys = fit_keys(breaks, Interpolation::linear, tolerance, [&](std::int64_t t, std::span<float> out) {
-        evaluate_clip(clip, t);
-        for (std::size_t i = 0; i < count; ++i) out[i] = target_weight(morphed.targets[i]);
-        if (morphed.corrections.empty()) return;
-        const Turns now = turns_of_values();
-        for (std::size_t i = 0; i < morphed.corrections.size(); ++i) {
-          out[count + i] = static_cast<float>(correction_weight(morphed.corrections[i], now));
-        }
-      });
+      if (morphed.node < 0) continue;
+      const bool exact = options_.max_error_m > 0.0;
+      std::vector<double> tolerance(morphed.targets.size(), exact ? kExactWeightTolerance : kWeightTolerance);
+      tolerance.resize(tolerance.size() + morphed.corrections.size(),
+                       exact ? kExactWeightTolerance : kCorrectionTolerance);
+      for (std::size_t j = 0; j < morphed.residuals.size(); ++j) {
+        const double reach = largest(morphed.basis->field(j)).length;
+        tolerance.push_back(reach > 0.0 ? kKeyShare * options_.max_error_m / reach : 1.0);
+      }
+      const Keys keys = fit_keys(breaks, Interpolation::linear, tolerance,
+                                 [&](std::int64_t t, std::span<float> out) { weights_at(morphed, clip, t, out); });
       add_channel(animation, morphed.node, "weights", keys, 1, TINYGLTF_TYPE_SCALAR);
+      if (report_ != nullptr) measure(clip, morphed, keys, error);
     }
+    if (report_ != nullptr) report_->clips.push_back(std::move(error));
     for (std::size_t f = 0; f < kFrameCount; ++f) {
       if (turns_[f]) {
         const Keys keys =
@@ -628,6 +877,7 @@ class Export {
     return bin >= data && bin - data < 4;
   }
 
+  GltfReport* report_;
   const Face& face_;
   const Rig& rig_;
   const Program& program_;
@@ -642,6 +892,7 @@ class Export {
   std::vector<Correction> corrections_;
   double jaw_turn_ = 0.0;  // the widest hinge of the jaw [rad]
   std::vector<Morphed> morphed_;
+  std::vector<glm::vec3> field_;  // what targets lack, of the mesh last looked at
   GltfNames node_names_;
   GltfNames clip_names_;
   std::array<int, kFrameCount> frame_nodes_{};
@@ -653,10 +904,10 @@ class Export {
 }  // namespace
 
 tl::expected<std::vector<std::byte>, Failure> export_glb(const Face& face, const Rig& rig, const Program& program,
-                                                         const GltfOptions& options) {
+                                                         const GltfOptions& options, GltfReport* report) {
   // The library may throw (a name that is not UTF-8); no exception leaves this room.
   try {
-    return Export(face, rig, program, options).run();
+    return Export(face, rig, program, options, report).run();
   } catch (const std::exception& e) {
     return tl::unexpected(Failure{"gltf_writer", "export", e.what(), "report this defect"});
   }

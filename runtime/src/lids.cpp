@@ -20,13 +20,20 @@ namespace {
 // How far the lids follow the eyeball, as shares of its turn; fitted by eye to the openings measured on the reference
 // face: 118 % looking up, 43 % looking down.
 constexpr double kUpperLidFollowsDown = 0.85;
-constexpr double kUpperLidFollowsUp = 0.45;
+constexpr double kUpperLidFollowsUp = 0.36;
 constexpr double kLowerLidFollowsDown = 0.30;
 constexpr double kLowerLidFollowsUp = 0.15;
+// How much of the eyeball's sideways turn the skin of the lids takes along, and how much of that they rise by; the
+// reference face's lids move 2.5 mm at 35 degrees, most at the outer corner.
+constexpr double kLidsFollowSideways = 0.22;
+constexpr double kLidsRiseSideways = 0.10;
+constexpr double kInnerCornerFollows = 0.30;
 // The upper lid comes to rest this much past the lower lid's edge, so that no light shows between two polylines.
 constexpr double kLidContact = 1.02;
 // No lid goes further open than this.
 constexpr double kLidWidest = -0.8;
+// The corners of the eye lie about this far from its centre in x.
+constexpr double kCornerDistance = 0.013;  // [m]
 // How far along the lid a point looks for the widest opening.
 constexpr double kCornerReach = 0.0006;  // [m]
 
@@ -95,7 +102,12 @@ std::optional<Failure> RigParts::make_lids() {
                     closing_angle(upper_edge, lower_edge, x + kCornerReach)});
       // No slope at the lid's outer border, or the skin that is held creases against the skin that is pulled.
       const double hold = 1.0 - smooth_fall(static_cast<double>(std::max(upper[i], lower[i])));
-      eye.points.push_back({i, angle * static_cast<double>(upper[i]), -angle * static_cast<double>(lower[i]), hold});
+      const double share = static_cast<double>(std::max(upper[i], lower[i]));
+      const double outwards = std::abs(x) - std::abs(eye.centre.x);
+      const double drawn = share * (1.0 - (1.0 - kInnerCornerFollows) *
+                                              smooth_fall((outwards + kCornerDistance) / (2 * kCornerDistance)));
+      eye.points.push_back(
+          {i, angle * static_cast<double>(upper[i]), -angle * static_cast<double>(lower[i]), hold, drawn});
     }
   }
   for (const auto& [index, eye] : eyelids) {
@@ -120,6 +132,10 @@ void turn_lids(const Rig& rig, std::span<const float> values, std::span<const fl
     (drive.upper ? lid.upper : lid.lower) += drive.fraction * static_cast<double>(contractions[drive.muscle]);
   }
   for (const RigTables::AxisDrive& drive : t.axis_drives) {
+    if (drive.frame == program::Frame::eyes && drive.motion == Motion::rotate_y) {
+      const double turn = drive.full_scale * static_cast<double>(values[drive.channel]);
+      for (LidState& lid : out) lid.sideways += kLidsFollowSideways * turn;
+    }
     if (drive.frame != program::Frame::eyes || drive.motion != Motion::rotate_x) continue;
     const double down = drive.full_scale * static_cast<double>(values[drive.channel]);
     for (std::size_t eye = 0; eye < kEyeCount; ++eye) {
@@ -128,6 +144,11 @@ void turn_lids(const Rig& rig, std::span<const float> values, std::span<const fl
       out[eye].upper += (down > 0.0 ? kUpperLidFollowsDown : kUpperLidFollowsUp) * down / shut;
       out[eye].lower -= (down > 0.0 ? kLowerLidFollowsDown : kLowerLidFollowsUp) * down / shut;
     }
+  }
+  for (const RigTables::HingeDrive& drive : t.hinge_drives) {
+    if (drive.frame != Frame::eye_left && drive.frame != Frame::eye_right) continue;
+    LidState& lid = out[drive.frame == Frame::eye_left ? 0 : 1];
+    lid.sideways += kLidsFollowSideways * drive.yaw * static_cast<double>(contractions[drive.muscle]);
   }
   for (LidState& lid : out) {
     lid.lower = std::clamp(lid.lower, kLidWidest, kLidContact);
@@ -146,7 +167,7 @@ void move_lids(const Face& face, const Rig& rig, Pose& pose) {
     for (const RigTables::LidPoint& p : eye.points) {
       const glm::dvec3 at_rest = rest[p.point];
       const glm::dvec3 pull = pose.points[p.point] - at_rest;
-      const bool turned = lid.upper != 0.0 || lid.lower != 0.0;
+      const bool turned = lid.upper != 0.0 || lid.lower != 0.0 || lid.sideways != 0.0;
       if (!turned && pull == glm::dvec3(0.0)) continue;
       glm::dvec3 moved = at_rest + (1.0 - p.hold) * pull;
       const glm::dvec3 v = moved - eye.centre;
@@ -155,8 +176,11 @@ void move_lids(const Face& face, const Rig& rig, Pose& pose) {
       const double least = dot(v_rest, v_rest);
       if (squared < least && squared > 0.0) moved = eye.centre + std::sqrt(least / squared) * v;
       if (turned) {
-        const double angle = lid.upper * p.upper_angle + lid.lower * p.lower_angle;
+        const double side = p.drawn * lid.sideways;
+        const double angle = lid.upper * p.upper_angle + lid.lower * p.lower_angle -
+                             kLidsRiseSideways * std::abs(side) / kLidsFollowSideways;
         moved = turn_about_x(moved, eye.centre, sine(angle), cosine(angle));
+        if (side != 0.0) moved = turn_about_y(moved, eye.centre, sine(side), cosine(side));
       }
       pose.points[p.point] = moved;
     }

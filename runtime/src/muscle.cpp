@@ -133,6 +133,36 @@ glm::dvec3 bulge_push(const Muscle& muscle, const MusclePlaces& places, glm::dve
   return (muscle.amount * square(1.0 - q2)) * normal;
 }
 
+glm::dvec3 roll_shift(const Muscle& muscle, const MusclePlaces& places, glm::dvec3 p) {
+  const glm::dvec3 middle = places.attachment;
+  const glm::dvec3 corner = places.insertion;
+  const double width = std::abs(corner.x - middle.x);
+  if (width <= 0.0) return glm::dvec3(0.0);
+  const double x = p.x - middle.x;
+  const double s = std::min(std::abs(x) / width, 1.0);
+  const glm::dvec3 track(p.x, middle.y + s * s * (corner.y - middle.y), middle.z + s * s * (corner.z - middle.z));
+  const double slope = 2.0 * s / width * (x < 0.0 ? -1.0 : 1.0);
+  glm::dvec3 t(1.0, slope * (corner.y - middle.y), slope * (corner.z - middle.z));
+  t = t / length(t);
+  const double inner = static_cast<double>(muscle.insertion_radius);
+  const double outer = static_cast<double>(muscle.dissipation_radius);
+  const glm::dvec3 v = p - track;
+  const double f = outer > inner ? smooth_fall((length(v) - inner) / (outer - inner)) : 1.0;
+  const double whole = std::min(static_cast<double>(muscle.perpendicular_radius) / width, 0.99);
+  const double share = f * smooth_fall((s - whole) / (1.0 - whole));
+  if (share == 0.0) return glm::dvec3(0.0);
+  // Rodrigues' rotation.
+  const double angle = share * static_cast<double>(muscle.angle);
+  const double c = cosine(angle);
+  const glm::dvec3 across(t.y * v.z - t.z * v.y, t.z * v.x - t.x * v.z, t.x * v.y - t.y * v.x);
+  const glm::dvec3 turned = c * v + sine(angle) * across + (1.0 - c) * dot(t, v) * t;
+  const glm::dvec3 slide(x < 0.0   ? -muscle.slide[0]
+                         : x > 0.0 ? muscle.slide[0]
+                                   : 0.0F,
+                         muscle.slide[1], muscle.slide[2]);
+  return turned - v + share * slide;
+}
+
 std::vector<Pull> activation_set(const Muscle& muscle, const MusclePlaces& places, std::span<const glm::dvec3> points,
                                  std::span<const glm::dvec3> normals, std::span<const float> weights) {
   assert(weights.empty() || weights.size() == points.size());
@@ -154,6 +184,9 @@ std::vector<Pull> activation_set(const Muscle& muscle, const MusclePlaces& place
       case MuscleKind::bulge:
         d = bulge_push(muscle, places, points[i], normals[i]);
         break;
+      case MuscleKind::roll:
+        d = roll_shift(muscle, places, points[i]);
+        break;
       case MuscleKind::eyelid:
       case MuscleKind::hinge:
         return set;
@@ -169,6 +202,11 @@ std::vector<Pull> activation_set(const Muscle& muscle, const MusclePlaces& place
 glm::dvec3 turn_about_x(glm::dvec3 p, glm::dvec3 centre, double s, double c) {
   const glm::dvec3 v = p - centre;
   return centre + glm::dvec3(v.x, c * v.y - s * v.z, s * v.y + c * v.z);
+}
+
+glm::dvec3 turn_about_y(glm::dvec3 p, glm::dvec3 centre, double s, double c) {
+  const glm::dvec3 v = p - centre;
+  return centre + glm::dvec3(c * v.x + s * v.z, v.y, c * v.z - s * v.x);
 }
 
 double elevation(glm::dvec3 p, glm::dvec3 centre) { return arc_tangent(p.y - centre.y, p.z - centre.z); }

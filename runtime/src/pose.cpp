@@ -18,10 +18,6 @@ glm::dquat half_turn(glm::dvec3 axis, double angle) {
   return {cosine(0.5 * angle), s * axis.x, s * axis.y, s * axis.z};
 }
 
-glm::dvec3 transform(const Placement& placement, glm::dvec3 p) {
-  return placement.rotation * p + placement.translation;
-}
-
 Placement about(glm::dvec3 pivot, const FrameMotion& motion) {
   Placement placement;
   placement.rotation = glm::mat3_cast(motion.rotation);
@@ -29,11 +25,50 @@ Placement about(glm::dvec3 pivot, const FrameMotion& motion) {
   return placement;
 }
 
+// What a frame's drives add up to.
+struct Turn {
+  glm::dvec3 angles{0.0};  // about x, y, z [rad]
+  glm::dvec3 shift{0.0};   // [m]
+};
+
+void add_motion(Motion motion, double amount, Turn& turn) {
+  switch (motion) {
+    case Motion::rotate_x:
+      turn.angles.x += amount;
+      break;
+    case Motion::rotate_y:
+      turn.angles.y += amount;
+      break;
+    case Motion::rotate_z:
+      turn.angles.z += amount;
+      break;
+    case Motion::translate_x:
+      turn.shift.x += amount;
+      break;
+    case Motion::translate_y:
+      turn.shift.y += amount;
+      break;
+    case Motion::translate_z:
+      turn.shift.z += amount;
+      break;
+    case Motion::none:
+      break;
+  }
+}
+
 Placement after(const Placement& parent, const Placement& child) {
   return {parent.rotation * child.rotation, parent.rotation * child.translation + parent.translation};
 }
 
 }  // namespace
+
+glm::dvec3 transform(const Placement& placement, glm::dvec3 p) {
+  return placement.rotation * p + placement.translation;
+}
+
+Placement jaw_in_head(const Rig& rig, const Pose& pose) {
+  return about(rig.tables().pivots[index_of(Frame::jaw)], pose.motions[index_of(Frame::jaw)]);
+}
 
 Pose make_pose(const Face& face, const Rig& rig) {
   Pose pose;
@@ -64,43 +99,19 @@ void contractions(const Rig& rig, std::span<const float> values, std::span<float
 
 void move_frames(const Rig& rig, std::span<const float> values, std::span<const float> contractions, Pose& pose) {
   const RigTables& t = rig.tables();
-  struct Turn {
-    glm::dvec3 angles{0.0};
-    glm::dvec3 shift{0.0};
-  };
   std::array<Turn, kFrameCount> turns{};
   for (const RigTables::HingeDrive& drive : t.hinge_drives) {
     const double k = static_cast<double>(contractions[drive.muscle]);
     turns[index_of(drive.frame)].angles.x += k * drive.angle;
+    turns[index_of(drive.frame)].angles.y += k * drive.yaw;
     turns[index_of(drive.frame)].shift += k * drive.slide;
   }
   for (const RigTables::AxisDrive& drive : t.axis_drives) {
     const double amount = drive.full_scale * static_cast<double>(values[drive.channel]);
-    Turn& turn = turns[index_of(*moved_frame(drive.frame))];
-    switch (drive.motion) {
-      case Motion::rotate_x:
-        turn.angles.x += amount;
-        break;
-      case Motion::rotate_y:
-        turn.angles.y += amount;
-        break;
-      case Motion::rotate_z:
-        turn.angles.z += amount;
-        break;
-      case Motion::translate_x:
-        turn.shift.x += amount;
-        break;
-      case Motion::translate_y:
-        turn.shift.y += amount;
-        break;
-      case Motion::translate_z:
-        turn.shift.z += amount;
-        break;
-      case Motion::none:
-        break;
-    }
+    add_motion(drive.motion, amount, turns[index_of(*moved_frame(drive.frame))]);
+    // An axis turns both eyes alike.
+    if (drive.frame == program::Frame::eyes) add_motion(drive.motion, amount, turns[index_of(Frame::eye_right)]);
   }
-  turns[index_of(Frame::eye_right)] = turns[index_of(Frame::eye_left)];  // the eyes turn together
   for (std::size_t i = 0; i < kFrameCount; ++i) {
     const Turn& turn = turns[i];
     FrameMotion& motion = pose.motions[i];
@@ -132,12 +143,13 @@ void move_points(const Face& face, const Rig& rig, Pose& pose) {
 
   const FrameMotion& jaw = pose.motions[index_of(Frame::jaw)];
   if (jaw.rotation != glm::dquat(1.0, 0.0, 0.0, 0.0) || jaw.translation != glm::dvec3(0.0)) {
-    const Placement placement = about(t.pivots[index_of(Frame::jaw)], jaw);
+    const Placement placement = jaw_in_head(rig, pose);
     for (const RigTables::JawPoint& p : t.jaw_points) {
       glm::dvec3& point = pose.points[p.point];
       point += p.weight * (transform(placement, point) - point);
     }
   }
+  hold_points_off_teeth(rig, pose);
   part_lips(rig, pose);
 }
 
@@ -167,29 +179,11 @@ void area_weighted_normals(std::span<const Primitive> primitives, std::span<cons
   }
 }
 
-void bend_parts(const Face& face, const Rig& rig, Pose& pose) {
-  const RigTables& t = rig.tables();
-  for (std::size_t mesh = 0; mesh < pose.parts.size(); ++mesh) {
-    std::vector<glm::vec3>& positions = pose.parts[mesh];
-    if (positions.empty()) continue;
-    const RigidMesh& rest = face.rigid[mesh];
-    std::copy(rest.positions.begin(), rest.positions.end(), positions.begin());
-    std::copy(rest.normals.begin(), rest.normals.end(), pose.part_normals[mesh].begin());
-    bool bent = false;
-    for (const RigTables::PartDrive& drive : t.part_drives) {
-      const float k = pose.contractions[drive.muscle];
-      if (drive.mesh != mesh || k == 0.0F) continue;
-      for (std::size_t v = 0; v < positions.size(); ++v) positions[v] += k * drive.displacements[v];
-      bent = true;
-    }
-    if (bent) area_weighted_normals(rest.primitives, positions, pose.part_normals[mesh]);
-  }
-}
-
-void make_surface(const Face& face, Pose& pose) {
+void make_surface(const Face& face, const Rig& rig, Pose& pose) {
   for (std::size_t i = 0; i < pose.points.size(); ++i) pose.x[i] = glm::vec3(pose.points[i]);
   multiply(face.skin.surface, pose.x, pose.positions);
   for (std::size_t v = 0; v < pose.positions.size(); ++v) pose.positions[v] += face.skin.offsets[v];
+  hold_vertices_apart(rig, pose);
   area_weighted_normals(face.skin.primitives, pose.positions, pose.normals);
 }
 
@@ -198,8 +192,8 @@ void pose_face(const Face& face, const Rig& rig, std::span<const float> values, 
   turn_lids(rig, values, pose.contractions, pose.lids);
   move_frames(rig, values, pose.contractions, pose);
   move_points(face, rig, pose);
+  make_surface(face, rig, pose);
   bend_parts(face, rig, pose);
-  make_surface(face, pose);
 }
 
 void place_skin(const Rig& rig, const Pose& pose, std::span<glm::vec3> positions, std::span<glm::vec3> normals) {

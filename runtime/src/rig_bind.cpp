@@ -175,7 +175,8 @@ std::optional<Failure> RigParts::read_muscles() {
       case MuscleKind::linear:
       case MuscleKind::sheet:
       case MuscleKind::sphincter:
-      case MuscleKind::bulge: {
+      case MuscleKind::bulge:
+      case MuscleKind::roll: {
         const auto share = weights(muscle);
         if (!share) return share.error();
         const std::vector<Pull> set = activation_set(muscle, places, face.skin.points, normals, *share);
@@ -196,11 +197,23 @@ std::optional<Failure> RigParts::read_hinge(std::uint32_t index, const glm::dvec
   }
   if (const auto mesh = part_named(program.string(muscle.region));
       mesh && !face.regions.contains(face_region(muscle))) {
-    bend_part(index, *mesh, {0.0, axis.y, axis.z});
+    bend_part(index, *mesh);
     return std::nullopt;
   }
+  RigTables::HingeDrive drive{index, *frame, 0.0, 0.0, sided(muscle.slide, muscle.side)};
+  // A hinge of one side turns to that side.
+  const double angle = static_cast<double>(muscle.angle);
+  (muscle.side == Side::none ? drive.angle : drive.yaw) = muscle.side == Side::right ? -angle : angle;
+  if (muscle.frame == program::Frame::eyes) {
+    if (muscle.side == Side::right) drive.frame = Frame::eye_right;
+    rig.hinge_drives.push_back(drive);
+    if (muscle.side != Side::none) return std::nullopt;
+    drive.frame = Frame::eye_right;
+    rig.hinge_drives.push_back(drive);
+    return std::nullopt;
+  }
+  rig.hinge_drives.push_back(drive);
   // Frames lie in the midline but for the eyes, so a hinge's axis does too.
-  rig.hinge_drives.push_back({index, *frame, static_cast<double>(muscle.angle), sided(muscle.slide, muscle.side)});
   rig.pivots[index_of(*frame)] = {0.0, axis.y, axis.z};
   if (*frame != Frame::jaw || muscle.region == program::StringId{}) return std::nullopt;
   const auto share = weights(muscle);
@@ -220,29 +233,6 @@ std::optional<std::uint32_t> RigParts::part_named(std::string_view name) const {
     if (face.rigid[i].name == name) return i;
   }
   return std::nullopt;
-}
-
-// From the rearmost vertex, which stays, to the foremost, which goes all the way.
-void RigParts::bend_part(std::uint32_t index, std::uint32_t mesh, const glm::dvec3& axis) {
-  const Muscle& muscle = program.muscles[index];
-  const std::vector<glm::vec3>& rest = face.rigid[mesh].positions;
-  RigTables::PartDrive drive{index, mesh, std::vector<glm::vec3>(rest.size(), glm::vec3(0.0F))};
-  double back = 0.0;
-  double front = 0.0;
-  for (std::size_t v = 0; v < rest.size(); ++v) {
-    const double z = static_cast<double>(rest[v].z);
-    back = v == 0 ? z : std::min(back, z);
-    front = v == 0 ? z : std::max(front, z);
-  }
-  if (front <= back) return;
-  const double angle = static_cast<double>(muscle.angle);
-  const glm::dvec3 slide = sided(muscle.slide, muscle.side);
-  for (std::size_t v = 0; v < rest.size(); ++v) {
-    const glm::dvec3 p(rest[v]);
-    const double weight = 1.0 - smooth_fall((p.z - back) / (front - back));
-    drive.displacements[v] = glm::vec3(weight * (turn_about_x(p, axis, sine(angle), cosine(angle)) - p + slide));
-  }
-  rig.part_drives.push_back(std::move(drive));
 }
 
 std::optional<Failure> RigParts::read_axes() {
@@ -342,11 +332,16 @@ void RigParts::mark_actuated() {
       moves[drive.muscle] = moves_skin[drive.muscle] = true;
   }
   for (const RigTables::HingeDrive& drive : rig.hinge_drives) {
-    if (drive.angle == 0.0 && drive.slide == glm::dvec3(0.0)) continue;
+    if (drive.angle == 0.0 && drive.yaw == 0.0 && drive.slide == glm::dvec3(0.0)) continue;
     moves[drive.muscle] = true;
     if (drive.frame == Frame::jaw && !rig.jaw_points.empty()) moves_skin[drive.muscle] = true;
+    const std::size_t eye = drive.frame == Frame::eye_right ? 1 : 0;
+    const bool turns_eye = drive.frame == Frame::eye_left || drive.frame == Frame::eye_right;
+    if (turns_eye && !rig.eyes[eye].points.empty()) moves_skin[drive.muscle] = true;
   }
-  for (const RigTables::PartDrive& drive : rig.part_drives) moves[drive.muscle] = true;
+  for (const RigTables::PartDrive& drive : rig.part_drives) {
+    if (drive.pitch != 0.0 || drive.yaw != 0.0 || drive.slide != glm::dvec3(0.0)) moves[drive.muscle] = true;
+  }
   for (const program::Actuation& actuation : program.actuations) {
     const auto muscle = static_cast<std::size_t>(actuation.muscle);
     const auto channel = static_cast<std::size_t>(actuation.channel);
@@ -360,7 +355,7 @@ void RigParts::mark_actuated() {
     if (drive.full_scale == 0.0) continue;
     rig.actuated[drive.channel] = true;
     if (drive.frame == program::Frame::jaw && !rig.jaw_points.empty()) rig.skin[drive.channel] = true;
-    if (drive.frame == program::Frame::eyes && drive.motion == Motion::rotate_x && lids) rig.skin[drive.channel] = true;
+    if (drive.frame == program::Frame::eyes && drive.motion != Motion::none && lids) rig.skin[drive.channel] = true;
   }
 }
 
@@ -371,6 +366,7 @@ tl::expected<Rig, Failure> bind(const Face& face, const Program& program) {
   if (auto failure = parts.read_muscles()) return tl::unexpected(std::move(*failure));
   if (auto failure = parts.make_lids()) return tl::unexpected(std::move(*failure));
   parts.make_lips();
+  parts.make_contacts();
   if (auto failure = parts.read_axes()) return tl::unexpected(std::move(*failure));
   parts.make_pivots();
   parts.make_head_share();

@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -41,9 +42,12 @@ struct RigParts {
   std::optional<program::Failure> read_hinge(std::uint32_t index, const glm::dvec3& axis);
   std::string face_region(const program::Muscle& muscle) const;
   std::optional<std::uint32_t> part_named(std::string_view name) const;
-  void bend_part(std::uint32_t index, std::uint32_t mesh, const glm::dvec3& axis);
+  void bend_part(std::uint32_t index, std::uint32_t mesh);
+  bool make_spine(std::uint32_t mesh);
   std::optional<program::Failure> make_lids();
   void make_lips();
+  void make_contacts();
+  void make_eyeballs(std::span<const glm::dvec3> places);
   std::optional<program::Failure> read_axes();
   void make_pivots();
   void make_head_share();
@@ -77,6 +81,17 @@ std::optional<Frame> moved_frame(program::Frame frame);
 
 /// Where the lower lip stands above the upper one, each gives way by half.
 void part_lips(const Rig& rig, Pose& pose);
+
+/// The line between the lips where these vertices stand.
+void find_lip_line(std::span<const RigTables::LipVertex> lips, std::span<const glm::vec3> positions, LipLine& line);
+
+/// Holds independent points out of the teeth, with room to spare. Needs motions.
+void hold_points_off_teeth(const Rig& rig, Pose& pose);
+
+glm::dvec3 transform(const Placement& placement, glm::dvec3 p);
+
+/// The jaw's movement in the head's coordinates.
+Placement jaw_in_head(const Rig& rig, const Pose& pose);
 
 /// Pulls at the lids given up to the lids' own turn; points kept outside the eyeball. Needs `pose.lids`.
 void move_lids(const Face& face, const Rig& rig, Pose& pose);

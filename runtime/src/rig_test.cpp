@@ -204,8 +204,9 @@ TEST_F(RigTest, TheTongueComesOutByItsTip) {
   const std::vector<glm::vec3>& rest = face_.rigid[mesh].positions;
   ASSERT_EQ(pose_.parts[mesh].size(), rest.size());
   for (std::size_t v = 0; v < rest.size(); ++v) {
-    const float expected = rest[v].z > 0.06F ? 0.02F : 0.0F;  // two vertices in front, two behind
-    EXPECT_NEAR(pose_.parts[mesh][v].z - rest[v].z, expected, 1e-6F);
+    // Two vertices in front, two behind; the root takes 15 % of the way.
+    const float expected = rest[v].z > 0.06F ? 0.02F : 0.003F;
+    EXPECT_NEAR(pose_.parts[mesh][v].z - rest[v].z, expected, 2e-5F);
   }
   const auto id = program::ChannelId{static_cast<std::uint32_t>(channel_index(image_.program(), "AU19"))};
   EXPECT_TRUE(rig_.actuated(id));
@@ -280,7 +281,7 @@ TEST_F(RigTest, GivesTheSameBitsEverywhere) {
       }
     }
   }
-  EXPECT_EQ(hash, 5472363861166016008U);
+  EXPECT_EQ(hash, 1840719580640312869U);
 }
 
 TEST(RigBinding, NamesTheMuscleAndTheLandmarkThatIsMissing) {

@@ -73,10 +73,10 @@ Shape gum(double from_y, double to_y, double setback) {
 // A body of revolution, flattened, with a furrow along its top; v from the root to the tip. [mm]
 glm::dvec3 tongue(double u, double v) {
   const double p = 2 * pi * u;
-  const double half_width = 19 * std::sqrt(std::max(0.0, 1 - std::pow(v, 5.0))) + .05;
-  const double half_height = 6.5 * std::sqrt(std::max(0.0, 1 - std::pow(v, 6.0))) + .05;
+  const double half_width = 19 * std::sqrt(std::max(0.0, 1 - std::pow(v, 3.2))) + .05;
+  const double half_height = 6.5 * std::sqrt(std::max(0.0, 1 - std::pow(v, 4.0))) + .05;
   const double furrow = std::cos(p) > 0 ? 1.3 * std::exp(-std::pow(std::sin(p) / .25, 2)) * (1 - v * v) : 0.0;
-  return {half_width * std::sin(p), -43 - 2.5 * v * v + half_height * std::cos(p) - furrow, 52 + 45 * v};
+  return {half_width * std::sin(p), -42.5 - 2.5 * v * v + half_height * std::cos(p) - furrow, 46 + 44 * v};
 }
 
 // A bag that is open to the front, behind the lining. [mm]

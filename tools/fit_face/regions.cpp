@@ -12,7 +12,7 @@ namespace nms::fit_face {
 
 struct Regions::Weights {
   double lip_upper = 0, lip_lower = 0, lining = 0, lid_upper = 0, lid_lower = 0, jaw = 0, neck = 0, nostril = 0,
-         ear = 0;
+         ear = 0, raised = 0;
 };
 
 namespace {
@@ -26,9 +26,13 @@ bool is_one_of(const std::string& name, const std::array<const char*, N>& names)
 constexpr double kLipSpans = 32;
 // Upper turns to lower lip over this many spans to either side of the corner.
 constexpr double kCornerSpans = 2.5;
-// The jaw's share of the upper and of the lower lip: the upper one is drawn along a little.
+// The jaw's share of the upper and of the lower lip, in their middles: the upper one is drawn along a little. Between
+// them it grows over this many spans to either side of the corner, or an open mouth is a box.
 constexpr double kJawOfUpperLip = .03;
-constexpr double kJawOfLowerLip = .98;
+constexpr double kJawOfLowerLip = .85;
+constexpr double kJawSpans = 12;
+// Skin slides over the chin: it takes so much of the bone's turn (42 of 49 mm at the widest, on the reference face).
+constexpr double kJawOfSkin = .90;
 
 // The jaw turns about its hinge (y -5.5, z 18.2). Skin moves with it below the line from the hinge to the mouth's
 // opening, the more the further below, and the less the nearer to the hinge; the neck stays. [mm]
@@ -40,7 +44,16 @@ double jaw_share(const glm::dvec3& p) {
   const double length = std::sqrt(mouth_y * mouth_y + mouth_z * mouth_z);
   const double below = -(y * mouth_z - z * mouth_y) / length;
   const double along = (y * mouth_y + z * mouth_z) / length;
-  return smooth_step(-6, 34 + .1 * std::abs(p.x), below) * smooth_step(2, 42, along) * smooth_step(-135, -88, p.y);
+  return smooth_step(-6, 34 + .1 * std::abs(p.x), below) * smooth_step(2, 42, along) * smooth_step(-135, -88, p.y) *
+         kJawOfSkin;
+}
+
+// What the levators of the upper lip may move: nearly nothing of the nose, less of the groove below it. [mm]
+double raised_share(const glm::dvec3& p) {
+  const glm::dvec3 q((p.x) / 19, (p.y - 6) / 19, (p.z - 122) / 22);
+  const double nose = 1 - smooth_step(.7, 1.25, std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z));
+  const double groove = std::exp(-std::pow(p.x / 7, 2));
+  return (1 - .85 * nose) * (1 - .3 * groove);
 }
 
 // 1 on the head, 0 on the torso; the line between them rises from the throat to the nape. [mm]
@@ -69,7 +82,8 @@ void Regions::around_mouth(const std::string& name, const runtime::NetSurface* s
   const double lower = smooth_step(mouth_corner_ - kCornerSpans, mouth_corner_ + kCornerSpans, along);
   w.lip_upper = (1 - lower) * keep;
   w.lip_lower = lower * keep;
-  const double jaw = kJawOfUpperLip + (kJawOfLowerLip - kJawOfUpperLip) * lower;
+  const double opened = smooth_step(mouth_corner_ - kJawSpans, mouth_corner_ + kJawSpans, along);
+  const double jaw = kJawOfUpperLip + (kJawOfLowerLip - kJawOfUpperLip) * opened;
   w.jaw += (jaw - w.jaw) * keep;
   if (name == "lining") w.lining = b.across;
   if (name == "deep") w.lining = 1;
@@ -97,6 +111,7 @@ Regions::Weights Regions::weights(const std::string& name, const runtime::NetSur
   w.neck = neck_share(p);
   around_mouth(name, surface, u, v, w);
   around_eye(name, surface, u, v, w);
+  w.raised = raised_share(p) * (1 - w.lip_lower);
   if (name == "nostril" || name == "ND") w.nostril = 1;
   if (name == "ear" || name == "EC") w.ear = 1;
   return w;
@@ -116,6 +131,7 @@ void append(const Weights& w, std::map<std::string, std::vector<float>>& regions
   put("neck", w.neck);
   put("nostril", w.nostril);
   put("ear", w.ear);
+  put("raised", w.raised);
 }
 
 }  // namespace

@@ -177,6 +177,7 @@ enum class MuscleKind : std::uint8_t {
   eyelid,     ///< turns a lid about the eyeball           (Barker 2005, 4.4.2)
   hinge,      ///< turns and slides a frame, the skin following by its region's shares (the jaw)
   bulge,      ///< pushes outwards along the surface's normal (a puffed cheek)
+  roll,       ///< turns a lip about its own length, a parabola through its middle and the corners, and shifts it
 };
 
 /// Radial fall-off laws, by name in the source.
@@ -194,22 +195,25 @@ struct Muscle {
   Side side = Side::none;
   Falloff falloff = Falloff::smooth;
   Frame frame = Frame::none;  ///< hinge: the frame it moves
-  StringId attachment{};  ///< linear, sheet: `from`; sphincter, bulge: centre; eyelid: eyeball's centre; hinge: axis
-  StringId insertion{};   ///< linear, sheet: `to`; sphincter: end of the major half axis; eyelid: middle of the margin
+  StringId attachment{};  ///< linear, sheet: `from`; sphincter, bulge: centre; eyelid: eyeball's centre; hinge: axis;
+                          ///< roll: the lip's middle
+  StringId insertion{};   ///< linear, sheet: `to`; sphincter: end of the major half axis; eyelid: middle of the margin;
+                          ///< roll: the mouth's corner
   StringId region{};      ///< only points of this region move, times their weight; 0 = all
   StringId except{};      ///< points of this region do not move (1 - weight); 0 = none
   float attachment_offset[3] = {};  ///< [m]
   float insertion_offset[3] = {};   ///< [m]
   float angle =
-      0.0F;  ///< linear: angle of influence; eyelid: turn at full contraction, + down; hinge: turn, + opens [rad]
+      0.0F;  ///< linear: angle of influence; eyelid: turn at full contraction, + down; hinge: turn, + opens, of a
+             ///< side: about the vertical, + towards that side; roll: turn about +x                       [rad]
   float insertion_radius = 0.0F;      ///< I; 0 = |m|                                                       [m]
   float dissipation_radius = 0.0F;    ///< D; of a sphincter 0                                              [m]
-  float perpendicular_radius = 0.0F;  ///< sheet: D perpendicular                                           [m]
+  float perpendicular_radius = 0.0F;  ///< sheet: D perpendicular; roll: half width that takes all of it    [m]
   float major_radius = 0.0F;          ///< sphincter, bulge: half axis along insertion; 0 = |m|                    [m]
   float minor_radius = 0.0F;          ///< sphincter, bulge: half axis across it                                   [m]
   float limit = 0.0F;   ///< contraction at full activation, share of |m| (of the way, for a sphincter; of 1 else) [-]
   float amount = 0.0F;  ///< bulge: push at the centre; sphincter: push forward (protrusion)         [m]
-  float slide[3] = {};  ///< hinge: shift of the frame at full contraction                           [m]
+  float slide[3] = {};  ///< hinge: shift of the frame at full contraction; roll: of the lip          [m]
   float closes = 0.0F;  ///< eyelid: share of the way to the other lid's margin; 0 = `angle` alone   [-]
 };
 

@@ -17,6 +17,26 @@ struct GltfOptions {
   std::vector<std::string> clips;  ///< names, in the order they are written; empty: every clip of the program
   bool all_targets = false;        ///< write targets of every actuated AU, not only of those the clips use
   bool dense = false;              ///< plain accessors for morph targets: larger, for importers without sparse ones
+  /// Corrective targets are added until, in every clip, no vertex of a mesh with targets is further than this from
+  /// where the runtime has it. 0: only those named below.  [m]
+  double max_error_m = 0.0;
+};
+
+/// How far a clip of the file is from the runtime's own surface: the targets as a viewer adds them up, at the file's
+/// own keys and between them, against pose_face() at the same moment. Movements of whole nodes are not looked at.
+struct GltfClipError {
+  std::string clip;
+  double largest_m = 0.0;  ///< [m]
+  double time_s = 0.0;     ///< on the file's clock
+  std::string mesh;
+  std::string place;        ///< the nearest landmark at rest
+  double normal_rad = 0.0;  ///< largest angle between normals where the surface has turned or moved
+  std::size_t samples = 0;  ///< moments looked at
+};
+
+struct GltfReport {
+  std::vector<GltfClipError> clips;      ///< as they are written
+  std::vector<std::string> corrections;  ///< names of the targets that belong to no action unit
 };
 
 /// The face as binary glTF 2.0, core only, one animation for each clip.
@@ -30,11 +50,16 @@ struct GltfOptions {
 /// curve bends: at most 0.2 % of an AU and 0.02 degrees off. Times start at 0; `extras.start_s` says where the clip's
 /// own clock stands there. A jump becomes a ramp of 1 ms. What a clip does not speak of is at rest.
 ///
+/// With `max_error_m`, `fix.<landmark>.<number>` follow: what the others lack at the worst moments of the clips,
+/// weighed so that the sum of squares is least (matching pursuit).
+///
 /// The same input gives the same bytes on every machine.
 ///
+/// @param report  filled in if not null; costs a frame of the runtime for every 60th of a second of the clips
 /// Failures: unknown_clip, too_many_vertices, gltf_writer (the library refused; a defect of ours).
 [[nodiscard]] tl::expected<std::vector<std::byte>, program::Failure> export_glb(const Face& face, const Rig& rig,
                                                                                 const program::Program& program,
-                                                                                const GltfOptions& options);
+                                                                                const GltfOptions& options,
+                                                                                GltfReport* report = nullptr);
 
 }  // namespace nms::runtime

@@ -60,7 +60,13 @@ struct Pull {
 [[nodiscard]] glm::dvec3 bulge_push(const program::Muscle& muscle, const MusclePlaces& places, glm::dvec3 p,
                                     glm::dvec3 normal);
 
-/// The activation set of a linear, sheet, sphincter or bulge muscle, points ascending; empty for the other kinds.
+/// A lip turned about its own length: the parabola with its vertex at the lip's middle (`from`) that runs through the
+/// mouth's corner (`to`), CASSI's parabolic track. With s = |x - from.x|, w the corner's s, c the track's point at x
+/// and t its direction: p' = c + R(t, k f g angle) (p - c) + k f g slide at k = 1, and straight there below. f = 1
+/// within `insertion` of the track, 0 from `dissipation` on; g = 1 to s = `perpendicular`, 0 at the corner.
+[[nodiscard]] glm::dvec3 roll_shift(const program::Muscle& muscle, const MusclePlaces& places, glm::dvec3 p);
+
+/// The activation set of a linear, sheet, sphincter, bulge or roll muscle, points ascending; empty for the other kinds.
 /// @param points   P, at rest                                                      [m]
 /// @param normals  P, unit; only a bulge reads them
 /// @param weights  P in [0, 1], how much of the muscle's pull each point takes, or empty: all of it
@@ -73,6 +79,9 @@ struct Pull {
 /// Turns p about the axis through `centre` along x; + turns the front down. Distance from the centre is kept, so a
 /// point outside the eyeball stays outside.
 [[nodiscard]] glm::dvec3 turn_about_x(glm::dvec3 p, glm::dvec3 centre, double sine_of_angle, double cosine_of_angle);
+
+/// The same about the axis along y; + turns the front to +x.
+[[nodiscard]] glm::dvec3 turn_about_y(glm::dvec3 p, glm::dvec3 centre, double sine_of_angle, double cosine_of_angle);
 
 /// Elevation of p as seen from the eyeball's centre, about the same axis: 0 forward, + up. [rad]
 [[nodiscard]] double elevation(glm::dvec3 p, glm::dvec3 centre);

@@ -15,6 +15,7 @@
 
 #include <nms/program/failure.h>
 #include <nms/program/program.h>
+#include <nms/runtime/contact.h>
 #include <nms/runtime/face.h>
 #include <nms/runtime/muscle.h>
 
@@ -27,6 +28,9 @@ namespace nms::runtime {
 
 inline constexpr std::size_t kFrameCount = 5;  ///< runtime::Frame's values
 inline constexpr std::size_t kEyeCount = 2;    ///< left, right
+
+/// Steps along a mesh that bends.
+inline constexpr int kSpineSteps = 24;
 
 /// A frame's movement in its parent: turns about its pivot, then shifts. Rest is the identity.
 struct FrameMotion {
@@ -45,6 +49,7 @@ struct Placement {
 struct LidState {
   double upper = 0.0;
   double lower = 0.0;
+  double sideways = 0.0;  ///< skin drawn along by the eyeball, about the vertical, + to the left  [rad]
 };
 
 /// What binding computes, as tables: what the functions below run over.
@@ -55,11 +60,19 @@ struct RigTables {
     double upper_angle = 0.0;  ///< turn at upper = 1; + down                                          [rad]
     double lower_angle = 0.0;  ///< turn at lower = 1; - is up                                         [rad]
     double hold = 0.0;         ///< share of other muscles' pull that the point does not take          [0, 1]
+    double drawn = 0.0;        ///< share of the sideways turn                                         [0, 1]
+  };
+  /// A vertex of the skin near an eyeball, and how near to the eyeball's centre it may come.
+  struct EyeVertex {
+    std::uint32_t vertex = 0;
+    double least = 0.0;  ///< [m]
   };
   struct Eye {
     glm::dvec3 centre{0.0};
     std::vector<LidPoint> points;
     double closing_angle = 0.0;  ///< turn that shuts the eye in its middle                            [rad]
+    double radius = 0.0;         ///< of the eyeball, cornea included; 0: the face has none            [m]
+    std::vector<EyeVertex> vertices;
   };
   /// A muscle that turns a lid.
   struct LidDrive {
@@ -73,6 +86,7 @@ struct RigTables {
     std::uint32_t muscle = 0;
     Frame frame = Frame::jaw;
     double angle = 0.0;     ///< about x, + opens                                                     [rad]
+    double yaw = 0.0;       ///< about y, + to the left                                               [rad]
     glm::dvec3 slide{0.0};  ///< [m]
   };
   /// An axis that moves a frame: value * full_scale, by the right-hand rule about +x, +y, +z.
@@ -85,8 +99,19 @@ struct RigTables {
   /// What a hinge does to a rigid mesh that its `region` names: the tongue. Its root stays, its tip goes all the way.
   struct PartDrive {
     std::uint32_t muscle = 0;
-    std::uint32_t mesh = 0;                ///< index into Face::rigid
-    std::vector<glm::vec3> displacements;  ///< one for each vertex, at full contraction              [m]
+    std::uint32_t mesh = 0;  ///< index into Face::rigid
+    double pitch = 0.0;      ///< + down                                                               [rad]
+    double yaw = 0.0;        ///< + to the left                                                        [rad]
+    glm::dvec3 slide{0.0};   ///< of the tip                                                           [m]
+    double reach = 0.0;      ///< the turn takes place over so much of the length, from the tip; 0: all [m]
+  };
+  /// A mesh that bends along its length, z at rest.
+  struct Spine {
+    std::uint32_t mesh = 0;
+    double back_z = 0.0;                           ///< of the rearmost vertex                        [m]
+    double length = 0.0;                           ///< [m]
+    std::array<double, kSpineSteps + 1> height{};  ///< y of the middle, from back to front           [m]
+    std::array<double, kSpineSteps + 1> half{};    ///< half the height of what stands across it      [m]
   };
   /// A point's share of the jaw's movement.
   struct JawPoint {
@@ -109,6 +134,18 @@ struct RigTables {
     double share = 0.0;        ///< of half of the overlap: + up (upper lip), - down (lower lip)
   };
 
+  /// A vertex of a lip, and how far past the line between the lips it may be.
+  struct LipVertex {
+    std::uint32_t vertex = 0;
+    bool upper = true;
+    double slack = 0.0;  ///< [m]
+  };
+  /// What rests near the teeth, and the room that it keeps to them: less than usual where it rests nearer.
+  struct MouthPoint {
+    std::uint32_t index = 0;  ///< of a point, or of a vertex
+    double room = 0.0;        ///< [m]
+  };
+
   std::vector<bool> actuated;                  ///< one for each channel
   std::vector<bool> skin;                      ///< one for each channel
   std::vector<program::Actuation> actuations;  ///< ordered by channel, then muscle
@@ -120,9 +157,14 @@ struct RigTables {
   std::vector<HingeDrive> hinge_drives;
   std::vector<AxisDrive> axis_drives;
   std::vector<PartDrive> part_drives;
+  std::vector<Spine> spines;
   std::vector<JawPoint> jaw_points;
   std::vector<LipColumn> lip_columns;
   std::vector<LipPoint> lip_points;
+  std::array<TeethWall, 2> walls;  ///< the head's, the jaw's
+  std::vector<MouthPoint> mouth_points;
+  std::vector<MouthPoint> mouth_vertices;
+  std::vector<LipVertex> lip_vertices;
   std::array<glm::dvec3, kFrameCount> pivots{};  ///< by runtime::Frame                               [m]
   std::vector<float> head_share;                 ///< V in [0, 1]
 };
@@ -166,6 +208,7 @@ struct Pose {
   std::vector<glm::vec3> positions;                  ///< V, T x + offsets, in the head at rest             [m]
   std::vector<glm::vec3> normals;                    ///< V, unit
   std::vector<double> lip_overlaps;                  ///< one for each lip column                           [m]
+  LipLine lip_line;                                  ///< of the vertices, before they are held apart
   std::vector<std::vector<glm::vec3>> parts;         ///< by rigid mesh: its vertices where it bends, else empty [m]
   std::vector<std::vector<glm::vec3>> part_normals;  ///< the same, unit
 };
@@ -199,11 +242,14 @@ void move_frames(const Rig& rig, std::span<const float> values, std::span<const 
 /// and motions of `pose`.
 void move_points(const Face& face, const Rig& rig, Pose& pose);
 
-/// Rigid meshes that bend, at rest in their frame. Needs contractions.
+/// Rigid meshes that bend, at rest in their frame. Needs contractions, motions and `lip_line`.
 void bend_parts(const Face& face, const Rig& rig, Pose& pose);
 
-/// positions and normals from `pose.points`.
-void make_surface(const Face& face, Pose& pose);
+/// Holds vertices out of the eyeballs and the teeth, and the lips apart. Needs `pose.positions` and motions.
+void hold_vertices_apart(const Rig& rig, Pose& pose);
+
+/// positions and normals from `pose.points`, vertices held apart.
+void make_surface(const Face& face, const Rig& rig, Pose& pose);
 
 /// All of the above in order. Cost O(activated points + non-zeros of T + triangles). No allocation. Safe from many
 /// threads, each with a pose of its own.

@@ -1,0 +1,302 @@
+// A part that bends along its length: the tongue.
+//
+// Its spine runs from the rearmost vertex to the foremost, straight ahead but for what it rises and sinks at rest.
+// Every muscle adds a turn, which grows from nothing to all of it over the last `reach` of the length, and a shift,
+// whose share grows from the root's to the tip's whole. The spine is summed up from its directions, cross-sections
+// stand across it, and what is stretched gets thinner, so that the volume stays. Where the tongue passes teeth and lips
+// it goes through the middle of what room they leave, and gets as flat as that room asks for.
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <nms/runtime/trigonometry.h>
+
+#include "rig_parts.h"
+
+namespace nms::runtime {
+
+using program::Muscle;
+using program::Side;
+
+namespace {
+
+// Share of a shift that the root takes: it hangs on the floor of the mouth.
+constexpr double kRootShift = 0.15;
+// The tongue rises over the lower teeth while it is put out by so much.
+constexpr double kLiftTo = 0.005;  // [m]
+// Along the spine the rise goes from nothing this far behind the teeth's front to all of it, that far.
+constexpr double kRiseFrom = 0.030;         // [m]
+constexpr double kRiseTo = 0.009;           // [m]
+constexpr double kToothThickness = 0.0085;  // [m]
+constexpr double kTongueRoom = 0.0005;      // to teeth and lips [m]
+constexpr double kThinnest = 0.25;          // of its height at rest
+// In front of the lips the tongue is as thick as ever within this length.
+constexpr double kSwell = 0.006;  // [m]
+// How far the lips' line counts in front of the teeth: to the front of the lips.
+constexpr double kLipThickness = 0.016;  // [m]
+
+double rise(double from, double to, double at) { return 1.0 - smooth_fall((at - from) / (to - from)); }
+
+glm::dvec3 direction(double pitch, double yaw) {
+  const double c = cosine(pitch);
+  return {sine(yaw) * c, -sine(pitch), cosine(yaw) * c};
+}
+
+}  // namespace
+
+void RigParts::bend_part(std::uint32_t index, std::uint32_t mesh) {
+  const Muscle& muscle = program.muscles[index];
+  RigTables::PartDrive drive;
+  drive.muscle = index;
+  drive.mesh = mesh;
+  const double angle = static_cast<double>(muscle.angle);
+  (muscle.side == Side::none ? drive.pitch : drive.yaw) = muscle.side == Side::right ? -angle : angle;
+  drive.slide = sided(muscle.slide, muscle.side);
+  drive.reach = static_cast<double>(muscle.insertion_radius);
+  const auto find = [&] {
+    return std::find_if(rig.spines.begin(), rig.spines.end(),
+                        [&](const RigTables::Spine& spine) { return spine.mesh == mesh; });
+  };
+  if (find() == rig.spines.end() && !make_spine(mesh)) return;
+  // A tip that goes sideways bends the spine: the turn whose sum brings it there.
+  const RigTables::Spine& spine = *find();
+  const double reach = drive.reach > 0.0 ? std::min(drive.reach, spine.length) : spine.length;
+  drive.yaw += drive.slide.x / (0.5 * reach);
+  drive.slide.x = 0.0;
+  rig.part_drives.push_back(drive);
+}
+
+bool RigParts::make_spine(std::uint32_t mesh) {
+  RigTables::Spine spine;
+  spine.mesh = mesh;
+  const std::vector<glm::vec3>& rest = face.rigid[mesh].positions;
+  if (rest.empty()) return false;
+  double front = static_cast<double>(rest[0].z);
+  spine.back_z = front;
+  for (const glm::vec3& p : rest) {
+    spine.back_z = std::min(spine.back_z, static_cast<double>(p.z));
+    front = std::max(front, static_cast<double>(p.z));
+  }
+  spine.length = front - spine.back_z;
+  if (spine.length <= 0.0) return false;
+  // Halfway between the lowest and the highest vertex near each place.
+  for (int k = 0; k <= kSpineSteps; ++k) {
+    const double z = spine.back_z + spine.length * k / kSpineSteps;
+    const double near = 1.01 * spine.length / kSpineSteps;
+    double low = 1e9;
+    double high = -1e9;
+    for (const glm::vec3& p : rest) {
+      if (std::abs(static_cast<double>(p.z) - z) > near) continue;
+      low = std::min(low, static_cast<double>(p.y));
+      high = std::max(high, static_cast<double>(p.y));
+    }
+    const auto i = static_cast<std::size_t>(k);
+    const bool found = low <= high;
+    spine.height[i] = found ? 0.5 * (low + high) : k > 0 ? spine.height[i - 1] : static_cast<double>(rest[0].y);
+    spine.half[i] = found ? 0.5 * (high - low) : 0.0;
+  }
+  rig.spines.push_back(spine);
+  return true;
+}
+
+namespace {
+
+// A place on the bent spine: where it is, which way it runs, how thick what stands across it still is.
+struct SpinePlace {
+  glm::dvec3 at{0.0};
+  double pitch = 0.0;  // + down                    [rad]
+  double yaw = 0.0;    // + to the left             [rad]
+  double stretch = 1.0;
+  double flat = 1.0;  // share of the height
+};
+
+using SpinePlaces = std::array<SpinePlace, kSpineSteps + 1>;
+
+// Sum of the muscles' turns and shifts. Returns how far the tip is put out [m]; nothing where no muscle acts.
+std::optional<double> bend_spine(const RigTables& t, const RigTables::Spine& spine, const Pose& pose,
+                                 SpinePlaces& places) {
+  bool bent = false;
+  double forward = 0.0;
+  glm::dvec3 shift(0.0);
+  for (SpinePlace& p : places) p = SpinePlace{};
+  for (const RigTables::PartDrive& drive : t.part_drives) {
+    const double k = static_cast<double>(pose.contractions[drive.muscle]);
+    if (drive.mesh != spine.mesh || k == 0.0) continue;
+    bent = true;
+    const double reach = drive.reach > 0.0 ? std::min(drive.reach / spine.length, 1.0) : 1.0;
+    for (int i = 0; i <= kSpineSteps; ++i) {
+      const double s = i / static_cast<double>(kSpineSteps);
+      const double share = rise(1.0 - reach, 1.0, s);
+      places[static_cast<std::size_t>(i)].pitch += k * share * drive.pitch;
+      places[static_cast<std::size_t>(i)].yaw += k * share * drive.yaw;
+    }
+    forward += k * drive.slide.z;
+    shift += k * glm::dvec3(drive.slide.x, drive.slide.y, 0.0);
+  }
+  if (!bent) return std::nullopt;
+  const double step = spine.length / kSpineSteps;
+  places[0].at = {0.0, spine.height[0], spine.back_z + kRootShift * forward};
+  for (int i = 1; i <= kSpineSteps; ++i) {
+    const auto n = static_cast<std::size_t>(i);
+    const double s = (i - 0.5) / kSpineSteps;
+    // The slope of the shift's share, which is smooth.
+    const double slope = (1.0 - kRootShift) * 6.0 * s * (1.0 - s);
+    places[n].stretch = std::max(1.0 + forward / spine.length * slope, 0.2);
+    const double pitch = 0.5 * (places[n].pitch + places[n - 1].pitch);
+    const double yaw = 0.5 * (places[n].yaw + places[n - 1].yaw);
+    places[n].at = places[n - 1].at + step * places[n].stretch * direction(pitch, yaw);
+    places[n].at.y += spine.height[n] - spine.height[n - 1];
+  }
+  places[0].stretch = places[1].stretch;
+  for (int i = 0; i <= kSpineSteps; ++i) {
+    const double share = rise(0.0, 1.0, i / static_cast<double>(kSpineSteps));
+    places[static_cast<std::size_t>(i)].at += share * shift;
+  }
+  return forward;
+}
+
+// What teeth and lips leave open at a place, in the head.
+struct Opening {
+  double low = -1.0;  // y [m]
+  double high = 1.0;  // y [m]
+};
+
+class Gate {
+ public:
+  Gate(const Rig& rig, const Pose& pose) : t_(rig.tables()), line_(pose.lip_line), jaw_(jaw_in_head(rig, pose)) {
+    exists_ = t_.walls[0].exists && t_.walls[1].exists;
+  }
+
+  [[nodiscard]] bool exists() const { return exists_; }
+  [[nodiscard]] glm::dvec3 to_head(glm::dvec3 p) const { return transform(jaw_, p); }
+  [[nodiscard]] glm::dvec3 to_jaw(glm::dvec3 p) const { return glm::transpose(jaw_.rotation) * (p - jaw_.translation); }
+
+  /// How far in front of the upper teeth's front, by the arch's own axis. [m]
+  [[nodiscard]] double in_front(glm::dvec3 p) const {
+    const TeethWall& wall = t_.walls[0];
+    const double z = p.z - wall.back_z;
+    if (z <= 0.0) return -wall.largest;
+    return std::sqrt(p.x * p.x + z * z) - wall.radius_at(p.x / (std::abs(p.x) + z), wall.edge_at(0.0));
+  }
+
+  /// At p in the head.
+  [[nodiscard]] Opening at(glm::dvec3 p, double front) const {
+    Opening open;
+    if (front > -kToothThickness && front < 0.002) {
+      open.high = t_.walls[0].edge_at(along(t_.walls[0], p));
+      const glm::dvec3 q = to_jaw(p);
+      const double edge = t_.walls[1].edge_at(along(t_.walls[1], q));
+      open.low = to_head({q.x, edge, q.z}).y;
+    }
+    if (front > 0.0 && front < kLipThickness) {
+      const double column = std::clamp(p.x / LipLine::kWidth + LipLine::kSide, 0.0, 2.0 * LipLine::kSide - 1.0);
+      const auto c = static_cast<std::size_t>(column);
+      if (line_.low[c] < 1.0) open.high = std::min(open.high, line_.low[c]);
+      if (line_.high[c] > -1.0) open.low = std::max(open.low, line_.high[c]);
+    }
+    return open;
+  }
+
+ private:
+  static double along(const TeethWall& wall, glm::dvec3 p) {
+    const double z = std::max(p.z - wall.back_z, 1e-6);
+    return p.x / (std::abs(p.x) + z);
+  }
+
+  const RigTables& t_;
+  const LipLine& line_;
+  Placement jaw_;
+  bool exists_ = false;
+};
+
+// Leads the spine through the opening between teeth and lips, flattened to fit.
+void lead_through(const RigTables::Spine& spine, const Gate& gate, double out, SpinePlaces& places) {
+  for (int i = 0; i <= kSpineSteps; ++i) {
+    SpinePlace& place = places[static_cast<std::size_t>(i)];
+    const glm::dvec3 at = gate.to_head(place.at);
+    const double front = gate.in_front(at);
+    const double share = out * rise(-kRiseFrom, -kRiseTo, front);
+    if (share == 0.0) continue;
+    // The narrowest of the way: where it is now, and between the teeth.
+    Opening open = gate.at(at, std::clamp(front, -kToothThickness + 1e-6, 0.0019));
+    if (front > 0.0) {
+      const Opening lips = gate.at(at, front);
+      open.low = std::max(open.low, lips.low);
+      open.high = std::min(open.high, lips.high);
+    }
+    const double room = 0.5 * (open.high - open.low) - kTongueRoom;
+    const double half = spine.half[static_cast<std::size_t>(i)];
+    const double thin = half > 0.0 ? std::clamp(room / half, kThinnest, 1.0) : 1.0;
+    const double taken = half * thin;
+    const double middle = 0.5 * (open.low + open.high);
+    const double lowest = open.low + kTongueRoom + taken;
+    const double highest = open.high - kTongueRoom - taken;
+    // It lies on the lower teeth and lip.
+    const double y = lowest < highest ? lowest : middle;
+    place.at = gate.to_jaw({at.x, at.y + share * (y - at.y), at.z});
+    const double beyond = rise(0.6 * kLipThickness, kLipThickness + kSwell, front);
+    place.flat = 1.0 + share * (1.0 - beyond) * (thin - 1.0);
+  }
+}
+
+SpinePlace between(const SpinePlaces& places, double s) {
+  const double step = std::clamp(s, 0.0, 1.0) * kSpineSteps;
+  const int i = std::min(static_cast<int>(step), kSpineSteps - 1);
+  const double u = step - i;
+  const SpinePlace& a = places[static_cast<std::size_t>(i)];
+  const SpinePlace& b = places[static_cast<std::size_t>(i + 1)];
+  return {a.at + u * (b.at - a.at), a.pitch + u * (b.pitch - a.pitch), a.yaw + u * (b.yaw - a.yaw),
+          a.stretch + u * (b.stretch - a.stretch), a.flat + u * (b.flat - a.flat)};
+}
+
+}  // namespace
+
+void bend_parts(const Face& face, const Rig& rig, Pose& pose) {
+  const RigTables& t = rig.tables();
+  for (const RigTables::Spine& spine : t.spines) {
+    std::vector<glm::vec3>& positions = pose.parts[spine.mesh];
+    const RigidMesh& rest = face.rigid[spine.mesh];
+    SpinePlaces places;
+    const std::optional<double> forward = bend_spine(t, spine, pose, places);
+    if (!forward) {
+      std::copy(rest.positions.begin(), rest.positions.end(), positions.begin());
+      std::copy(rest.normals.begin(), rest.normals.end(), pose.part_normals[spine.mesh].begin());
+      continue;
+    }
+    const Gate gate(rig, pose);
+    const double out = gate.exists() ? rise(0.0, kLiftTo, *forward) : 0.0;
+    if (out > 0.0) lead_through(spine, gate, out, places);
+    for (std::size_t v = 0; v < positions.size(); ++v) {
+      const glm::dvec3 p(rest.positions[v]);
+      const double s = (p.z - spine.back_z) / spine.length;
+      const SpinePlace place = between(places, s);
+      const double step = std::clamp(s, 0.0, 1.0) * kSpineSteps;
+      const int i = std::min(static_cast<int>(step), kSpineSteps - 1);
+      const double a = spine.height[static_cast<std::size_t>(i)];
+      const double height = a + (step - i) * (spine.height[static_cast<std::size_t>(i + 1)] - a);
+      const double thin = 1.0 / std::sqrt(std::max(place.stretch, 0.25));
+      const double across = thin * p.x;
+      const double up = thin * place.flat * (p.y - height);
+      const double sp = sine(place.pitch), cp = cosine(place.pitch);
+      const double sy = sine(place.yaw), cy = cosine(place.yaw);
+      glm::dvec3 q = place.at + across * glm::dvec3(cy, 0.0, -sy) + up * glm::dvec3(sy * sp, cp, cy * sp);
+      // A cross-section is wider than its spine: off the middle there may be less room.
+      if (out > 0.0) {
+        glm::dvec3 in_head = gate.to_head(q);
+        const double front = gate.in_front(in_head);
+        if (front > -kToothThickness && front < kLipThickness) {
+          const Opening open = gate.at(in_head, front);
+          const double low = open.low + 0.5 * kTongueRoom;
+          const double high = open.high - 0.5 * kTongueRoom;
+          const double y = low < high ? std::clamp(in_head.y, low, high) : 0.5 * (low + high);
+          in_head.y += out * (y - in_head.y);
+          q = gate.to_jaw(in_head);
+        }
+      }
+      positions[v] = glm::vec3(q);
+    }
+    area_weighted_normals(rest.primitives, positions, pose.part_normals[spine.mesh]);
+  }
+}
+
+}  // namespace nms::runtime
