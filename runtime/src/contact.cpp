@@ -29,7 +29,7 @@ constexpr double kLidReach = 0.012;  // [m]
 // Between lid and eyeball.
 constexpr double kTearFilm = 0.00003;  // [m]
 constexpr int kTriangleSamples = 5;
-constexpr float kLipShare = 0.98F;
+constexpr float kLipShare = 0.82F;
 
 // -1 at the far right of the arch, 0 in front, 1 at the far left; no angle, but it rises with one.
 double along_arch(double x, double z) { return x / (std::abs(x) + z); }
@@ -352,6 +352,19 @@ void hold_points_off_teeth(const Rig& rig, Pose& pose) {
   }
 }
 
+static void hold_lips_apart(const RigTables& t, Pose& pose) {
+  find_lip_line(t.lip_vertices, pose.positions, pose.lip_line);
+  for (const RigTables::LipVertex& v : t.lip_vertices) {
+    glm::vec3& p = pose.positions[v.vertex];
+    const double line = pose.lip_line.height_at(p.x);
+    if (v.upper) {
+      p.y = static_cast<float>(std::max(static_cast<double>(p.y), line - v.slack));
+    } else {
+      p.y = static_cast<float>(std::min(static_cast<double>(p.y), line + v.slack));
+    }
+  }
+}
+
 void hold_vertices_apart(const Rig& rig, Pose& pose) {
   const RigTables& t = rig.tables();
   for (std::size_t e = 0; e < kEyeCount; ++e) {
@@ -363,22 +376,15 @@ void hold_vertices_apart(const Rig& rig, Pose& pose) {
       pose.positions[v.vertex] = glm::vec3(eye.centre + v.least / std::sqrt(squared) * from);
     }
   }
-  find_lip_line(t.lip_vertices, pose.positions, pose.lip_line);
-  for (const RigTables::LipVertex& v : t.lip_vertices) {
-    glm::vec3& p = pose.positions[v.vertex];
-    const double line = pose.lip_line.height_at(p.x);
-    if (v.upper) {
-      p.y = static_cast<float>(std::max(static_cast<double>(p.y), line - v.slack));
-    } else {
-      p.y = static_cast<float>(std::min(static_cast<double>(p.y), line + v.slack));
-    }
-  }
+  hold_lips_apart(t, pose);
   const Placement jaw = jaw_in_head(rig, pose);
   for (const RigTables::MouthPoint& p : t.mouth_vertices) {
     const glm::dvec3 at(pose.positions[p.index]);
     const glm::dvec3 moved = outside_teeth(t, jaw, at, p.room);
     if (moved != at) pose.positions[p.index] = glm::vec3(moved);
   }
+  // What was pushed off the teeth may have gone past the line again.
+  hold_lips_apart(t, pose);
 }
 
 }  // namespace nms::runtime

@@ -25,7 +25,7 @@ constexpr double kLowerLidFollowsDown = 0.30;
 constexpr double kLowerLidFollowsUp = 0.15;
 // How much of the eyeball's sideways turn the skin of the lids takes along, and how much of that they rise by; the
 // reference face's lids move 2.5 mm at 35 degrees, most at the outer corner.
-constexpr double kLidsFollowSideways = 0.22;
+constexpr double kLidsFollowSideways = 0.19;
 constexpr double kLidsRiseSideways = 0.10;
 constexpr double kInnerCornerFollows = 0.30;
 // The upper lid comes to rest this much past the lower lid's edge, so that no light shows between two polylines.
@@ -35,7 +35,7 @@ constexpr double kLidWidest = -0.8;
 // The corners of the eye lie about this far from its centre in x.
 constexpr double kCornerDistance = 0.013;  // [m]
 // How far along the lid a point looks for the widest opening.
-constexpr double kCornerReach = 0.0006;  // [m]
+constexpr double kCornerReach = 0.0003;  // [m]
 
 }  // namespace
 

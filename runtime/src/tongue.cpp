@@ -30,6 +30,9 @@ constexpr double kRiseTo = 0.009;           // [m]
 constexpr double kToothThickness = 0.0085;  // [m]
 constexpr double kTongueRoom = 0.0005;      // to teeth and lips [m]
 constexpr double kThinnest = 0.25;          // of its height at rest
+// No place further from the upper teeth's front than this, either way, is between teeth or lips: the jaw may be far
+// down.
+constexpr double kPassage = 0.05;  // [m]
 // In front of the lips the tongue is as thick as ever within this length.
 constexpr double kSwell = 0.006;  // [m]
 // How far the lips' line counts in front of the teeth: to the front of the lips.
@@ -172,28 +175,33 @@ class Gate {
   [[nodiscard]] glm::dvec3 to_jaw(glm::dvec3 p) const { return glm::transpose(jaw_.rotation) * (p - jaw_.translation); }
 
   /// How far in front of the upper teeth's front, by the arch's own axis. [m]
-  [[nodiscard]] double in_front(glm::dvec3 p) const {
-    const TeethWall& wall = t_.walls[0];
+  [[nodiscard]] double in_front(glm::dvec3 p) const { return in_front(t_.walls[0], p); }
+
+  static double in_front(const TeethWall& wall, glm::dvec3 p) {
     const double z = p.z - wall.back_z;
     if (z <= 0.0) return -wall.largest;
     return std::sqrt(p.x * p.x + z * z) - wall.radius_at(p.x / (std::abs(p.x) + z), wall.edge_at(0.0));
   }
 
   /// At p in the head.
-  [[nodiscard]] Opening at(glm::dvec3 p, double front) const {
+  [[nodiscard]] Opening at(glm::dvec3 p) const { return at(p, in_front(p), in_front_of_lower(p)); }
+
+  /// The lower teeth and lip have gone with the jaw: how far in front of them a place is, the jaw says. [m]
+  [[nodiscard]] double in_front_of_lower(glm::dvec3 p) const { return in_front(t_.walls[1], to_jaw(p)); }
+
+  /// The same, as if p were so far in front.
+  [[nodiscard]] Opening at(glm::dvec3 p, double front, double front_low) const {
     Opening open;
-    if (front > -kToothThickness && front < 0.002) {
-      open.high = t_.walls[0].edge_at(along(t_.walls[0], p));
-      const glm::dvec3 q = to_jaw(p);
-      const double edge = t_.walls[1].edge_at(along(t_.walls[1], q));
-      open.low = to_head({q.x, edge, q.z}).y;
+    const glm::dvec3 q = to_jaw(p);
+    const auto within = [](double x, double from, double to) { return x > from && x < to; };
+    if (within(front, -kToothThickness, 0.002)) open.high = t_.walls[0].edge_at(along(t_.walls[0], p));
+    if (within(front_low, -kToothThickness, 0.004)) {
+      open.low = to_head({q.x, t_.walls[1].edge_at(along(t_.walls[1], q)), q.z}).y;
     }
-    if (front > 0.0 && front < kLipThickness) {
-      const double column = std::clamp(p.x / LipLine::kWidth + LipLine::kSide, 0.0, 2.0 * LipLine::kSide - 1.0);
-      const auto c = static_cast<std::size_t>(column);
-      if (line_.low[c] < 1.0) open.high = std::min(open.high, line_.low[c]);
-      if (line_.high[c] > -1.0) open.low = std::max(open.low, line_.high[c]);
-    }
+    const double column = std::clamp(p.x / LipLine::kWidth + LipLine::kSide, 0.0, 2.0 * LipLine::kSide - 1.0);
+    const auto c = static_cast<std::size_t>(column);
+    if (within(front, 0.0, kLipThickness) && line_.low[c] < 1.0) open.high = std::min(open.high, line_.low[c]);
+    if (within(front_low, 0.0, kLipThickness) && line_.high[c] > -1.0) open.low = std::max(open.low, line_.high[c]);
     return open;
   }
 
@@ -217,13 +225,13 @@ void lead_through(const RigTables::Spine& spine, const Gate& gate, double out, S
     const double front = gate.in_front(at);
     const double share = out * rise(-kRiseFrom, -kRiseTo, front);
     if (share == 0.0) continue;
-    // The narrowest of the way: where it is now, and between the teeth.
-    Opening open = gate.at(at, std::clamp(front, -kToothThickness + 1e-6, 0.0019));
-    if (front > 0.0) {
-      const Opening lips = gate.at(at, front);
-      open.low = std::max(open.low, lips.low);
-      open.high = std::min(open.high, lips.high);
-    }
+    // The narrowest of the way: between the teeth, and where it is now.
+    constexpr double kBetween = 0.0015;
+    const double front_low = gate.in_front_of_lower(at);
+    Opening open = gate.at(at, std::clamp(front, -kBetween, kBetween), std::clamp(front_low, -kBetween, kBetween));
+    const Opening here = gate.at(at, front, front_low);
+    open.low = std::max(open.low, here.low);
+    open.high = std::min(open.high, here.high);
     const double room = 0.5 * (open.high - open.low) - kTongueRoom;
     const double half = spine.half[static_cast<std::size_t>(i)];
     const double thin = half > 0.0 ? std::clamp(room / half, kThinnest, 1.0) : 1.0;
@@ -284,8 +292,8 @@ void bend_parts(const Face& face, const Rig& rig, Pose& pose) {
       if (out > 0.0) {
         glm::dvec3 in_head = gate.to_head(q);
         const double front = gate.in_front(in_head);
-        if (front > -kToothThickness && front < kLipThickness) {
-          const Opening open = gate.at(in_head, front);
+        if (front > -kPassage && front < kPassage) {
+          const Opening open = gate.at(in_head);
           const double low = open.low + 0.5 * kTongueRoom;
           const double high = open.high - 0.5 * kTongueRoom;
           const double y = low < high ? std::clamp(in_head.y, low, high) : 0.5 * (low + high);
