@@ -117,17 +117,6 @@ muscle puff bulge
   limit 1
   amount 0.008
 
-muscle flare roll
-  attachment lip_upper_mid
-  insertion mouth_corner_L
-  region lip_upper
-  angle -0.5
-  insertion_radius 0.01
-  dissipation_radius 0.02
-  perpendicular_radius 0.008
-  limit 1
-  slide 0 0.003 0.007
-
 actuations
   AU12L zygomatic_major_L 1
   AU12L puff -0.1
