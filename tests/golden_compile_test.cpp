@@ -120,6 +120,62 @@ TEST(GoldenCheck, diagnostics_are_as_expected) {
   }
 }
 
+/// All that is known of the diagnostics, places and fields too.
+std::string told(lang::Diagnostics& diagnostics) {
+  diagnostics.sort();
+  return lang::render_json(diagnostics) + lang::render_text(diagnostics, false);
+}
+
+std::string told_by_check(const fs::path& folder, const std::string& name, const fs::path& path) {
+  GoldenFiles files(folder);
+  lang::Diagnostics diagnostics;
+  compiler::CompileOptions options;
+  options.times = tables(path, files, diagnostics);
+  compiler::check({files.open(name, path)}, files, diagnostics, options);
+  return told(diagnostics);
+}
+
+TEST(GoldenCheck, check_says_what_compile_says) {
+  for (const char* folder : {"check", "program", "test"})
+    for (const fs::path& path : cases(folder)) {
+      SCOPED_TRACE(path.filename().string());
+      Compiled c = compiled(path);
+      const std::string first = told_by_check(path.parent_path(), path.filename().string(), path);
+      EXPECT_EQ(first, told(c.diagnostics));
+      EXPECT_EQ(first, told_by_check(path.parent_path(), path.filename().string(), path)) << "the second time";
+    }
+}
+
+// What check does not draw it may have to draw after all: to count knots near the limit, or for a timeline.
+TEST(GoldenCheck, check_says_what_compile_says_of_large_and_of_entangled_sources) {
+  std::string many = "pose p = 50% AU1 + 50% AU12 + 90% AU4\n";
+  std::string steps;
+  for (int i = 0; i < 500; ++i) steps += i % 2 == 0 ? "0.2%: p { easing cosine }\n" : "0.2%: 50% p\n";
+  for (int i = 0; i < 30; ++i) many += "expression e" + std::to_string(i) + " 100s {\n" + steps + "}\n";
+  const std::string entangled =
+      "timeline a 1s { e at 0s; f at 0s; e at 0.2s for 200ms }\n"
+      "expression e 2s { 50%: q; 50%: 0% AU4 }\n"
+      "expression f { 50%: q; 50%: r }\n"
+      "pose q = 150% AU4 + r\n"
+      "pose r = 20% AU1\n"
+      "timeline e 1s { f over 0s..1s }\n"
+      "expression a 1s { 100%: q }\n"
+      "motion m = e\n"
+      "pose n = e\n"
+      "expression blink 400ms { 40%: AU45; 60%: 0% AU45 }\n"
+      "expression stare 2s { 20%: AU45 + AU5; 60%: AU45; 20%: 0% AU45 }\n";
+  for (const std::string& text : {many, entangled}) {
+    const auto source = std::make_shared<const lang::Source>("made.nms", text);
+    GoldenFiles files(kGolden);
+    lang::Diagnostics of_check;
+    lang::Diagnostics of_compile;
+    compiler::check({source}, files, of_check);
+    static_cast<void>(compiler::compile({source}, files, of_compile));
+    EXPECT_EQ(of_check.all().empty(), text == many);
+    EXPECT_EQ(told(of_check), told(of_compile));
+  }
+}
+
 TEST(GoldenProgram, clips_are_as_expected) {
   for (const fs::path& path : cases("program")) {
     SCOPED_TRACE(path.filename().string());

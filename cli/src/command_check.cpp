@@ -7,7 +7,7 @@ namespace nms::cli {
 int check(const GlobalOptions& global, const std::vector<std::string>& files) {
   SourceFiles sources(global.stdlib);
   lang::Diagnostics diagnostics;
-  (void)load_program(global, files, "", sources, diagnostics);
+  check_files(global, files, sources, diagnostics);
   return finish(global, diagnostics);
 }
 

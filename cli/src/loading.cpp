@@ -143,6 +143,21 @@ std::optional<LoadedProgram> map_beside(const GlobalOptions& global, const std::
 
 }  // namespace
 
+void check_files(const GlobalOptions& global, const std::vector<std::string>& files, SourceFiles& sources,
+                 lang::Diagnostics& diagnostics) {
+  if (files.size() == 1 && is_program(files[0])) {
+    static_cast<void>(map_program(global, files[0], diagnostics));
+    return;
+  }
+  const auto roots = load_roots(files, sources, diagnostics);
+  if (diagnostics.error_count() != 0) return;
+  auto tables = load_time_tables(global, sources, diagnostics);
+  if (!tables) return;
+  compiler::CompileOptions options;
+  options.times = std::move(*tables);
+  compiler::check(roots, sources, diagnostics, options);
+}
+
 std::optional<LoadedProgram> load_program(const GlobalOptions& global, const std::vector<std::string>& files,
                                           const std::string& face, SourceFiles& sources, lang::Diagnostics& diagnostics,
                                           Reuse reuse) {

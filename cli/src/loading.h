@@ -44,6 +44,10 @@ enum class Reuse {
                                                         SourceFiles& sources, lang::Diagnostics& diagnostics,
                                                         Reuse reuse = Reuse::none);
 
+/// Says what `load_program` would have to say of these files, and makes no program of sources.
+void check_files(const GlobalOptions& global, const std::vector<std::string>& files, SourceFiles& sources,
+                 lang::Diagnostics& diagnostics);
+
 /// A program of one lexicon's entries, inherited ones included, with a face's rig description.
 /// @param file  that declares it
 [[nodiscard]] std::optional<program::Image> load_lexicon_program(const GlobalOptions& global, const std::string& file,

@@ -271,6 +271,7 @@ std::optional<Scope> Evaluator::bind(NodeRef call, bool skip_first, std::string_
   inner.file = params_file;
   inner.left_handed = scope.left_handed;
   inner.places = scope.places;
+  if (!call && !params) return inner;
   std::vector<NodeRef> declared;
   std::vector<std::string> names;
   std::vector<Unit> units;

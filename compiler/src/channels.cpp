@@ -17,12 +17,6 @@ using lang::NodeRef;
 using lang::Quantity;
 using lang::Unit;
 
-const UnitInfo* Channels::find_unit(std::uint32_t number) const {
-  const auto it = std::lower_bound(units.begin(), units.end(), number,
-                                   [](const UnitInfo& u, std::uint32_t n) { return u.number < n; });
-  return it != units.end() && it->number == number ? &*it : nullptr;
-}
-
 std::uint32_t Channels::find_axis(std::string_view name) const {
   for (std::uint32_t i = 0; i < channels.size(); ++i)
     if (channels[i].is_axis() && channels[i].name == name) return i;
@@ -70,6 +64,11 @@ class Builder {
     }
     std::sort(out_.units.begin(), out_.units.end(),
               [](const UnitInfo& a, const UnitInfo& b) { return a.number < b.number; });
+    for (std::size_t i = out_.units.size(); i-- > 0;) {
+      const std::size_t number = out_.units[i].number;
+      if (out_.unit_of_number.size() <= number) out_.unit_of_number.resize(number + 1);
+      out_.unit_of_number[number] = static_cast<std::uint16_t>(i + 1);
+    }
     for (const UnitInfo& u : out_.units)
       if (u.declaration.node.is(NodeKind::au))
         for (NodeRef p : u.declaration.node.children())

@@ -76,8 +76,13 @@ struct Channels {
   std::vector<ChannelInfo> channels;
   std::vector<UnitInfo> units;  ///< by number
 
+  std::vector<std::uint16_t> unit_of_number;  ///< index in `units`, one more; 0: there is none
+
   [[nodiscard]] const TrackInfo& track_of(std::uint32_t channel) const { return tracks[channels[channel].track]; }
-  [[nodiscard]] const UnitInfo* find_unit(std::uint32_t number) const;
+  [[nodiscard]] const UnitInfo* find_unit(std::uint32_t number) const {
+    const std::uint16_t at = number < unit_of_number.size() ? unit_of_number[number] : std::uint16_t{0};
+    return at == 0 ? nullptr : &units[at - 1U];
+  }
   /// Index of the axis of that name, or kUnreachable.
   [[nodiscard]] std::uint32_t find_axis(std::string_view name) const;
   [[nodiscard]] std::vector<std::string> unit_names() const;

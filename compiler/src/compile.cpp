@@ -1,8 +1,9 @@
 #include <nms/compiler/compile.h>
 
 #include <algorithm>
+#include <deque>
 #include <string>
-#include <unordered_set>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -21,6 +22,7 @@
 #include "lower_discourse.h"
 #include "merge.h"
 #include "movement.h"
+#include "name_index.h"
 #include "rig.h"
 #include "test_run.h"
 
@@ -37,7 +39,7 @@ constexpr std::size_t kMaxKnots = 20'000'000;
 void check_movement(const Declaration& d, Evaluator& evaluator) {
   Scope outer;
   outer.file = d.file;
-  const NodeRef params = d.node.child(NodeKind::params);
+  const NodeRef params = evaluator.declarations().params(d);
   if (params)  // a parameter without a default has no value to try
     for (NodeRef p : params.children())
       if (p.is(NodeKind::param) && !p.at(1)) return;
@@ -54,6 +56,26 @@ void check_movement(const Declaration& d, Evaluator& evaluator) {
   }
 }
 
+/// Tables of a large file do not fit in the processor's cache, and a step may name any pose: what the movements after
+/// `number` will need is asked for in good time. Changes nothing.
+void look_ahead(std::size_t number, const Evaluator& evaluator) {
+  constexpr std::size_t kSlots = 12, kPoses = 5;
+  constexpr std::size_t kLarge = 5'000;
+  const std::vector<Declaration>& movements = evaluator.declarations().movements;
+  if (movements.size() < kLarge) return;
+  const auto names = [&](std::size_t ahead, auto prefetch) {
+    if (number + ahead >= movements.size()) return;
+    const NodeRef node = movements[number + ahead].node;
+    if (!node.is(NodeKind::expression)) return;
+    const lang::NodeList& nodes = node.tree().nodes();
+    const std::uint32_t next = nodes.next(node.index());
+    for (std::uint32_t i = node.index() + 2; i < next; ++i)
+      if (nodes.kind(i) == NodeKind::name) prefetch(NodeRef(&node.tree(), i).text());
+  };
+  names(kSlots, [&](std::string_view name) { evaluator.declarations().prefetch_movement(name); });
+  names(kPoses, [&](std::string_view name) { evaluator.prefetch(name); });
+}
+
 /// All that becomes clips, in the order it is declared, file by file.
 std::vector<const Declaration*> clip_sources(const std::vector<LoadedFile>& files, const Declarations& all,
                                              const std::string& lexicon) {
@@ -62,15 +84,20 @@ std::vector<const Declaration*> clip_sources(const std::vector<LoadedFile>& file
     return index == kUnreachable ? std::vector<const Declaration*>() : all.entries_of(index);
   }
   std::vector<const Declaration*> out;
+  std::size_t expressions = 0;
+  for (const LoadedFile& file : files)
+    for (const lang::DeclarationRef& d : file.tree->declarations()) expressions += d.kind == NodeKind::expression;
+  out.reserve(expressions + all.clips.size() + all.entries.size());
   for (const Declaration& d : all.movements)
     if (files[d.file].root && d.node.is(NodeKind::expression)) out.push_back(&d);
   for (const Declaration& d : all.clips)
     if (files[d.file].root) out.push_back(&d);
   for (const Declaration& d : all.entries)
     if (files[d.file].root) out.push_back(&d);
-  std::stable_sort(out.begin(), out.end(), [](const Declaration* a, const Declaration* b) {
+  const auto before = [](const Declaration* a, const Declaration* b) {
     return a->file != b->file ? a->file < b->file : a->node.index() < b->node.index();
-  });
+  };
+  if (!std::is_sorted(out.begin(), out.end(), before)) std::stable_sort(out.begin(), out.end(), before);
   return out;
 }
 
@@ -139,60 +166,181 @@ void visit_tests(const std::vector<LoadedFile>& files, Evaluator& evaluator, Dis
   }
 }
 
+/// Names of clips. They stand in files and players: one name, one clip.
+class ClipNames {
+ public:
+  ClipNames(const std::vector<const Declaration*>& sources, const Declarations& declarations)
+      : sources_(sources), declarations_(declarations), taken_(declarations.movements.size()) {}
+
+  /// A name that comes from the source of that number. False: there is one of that name.
+  bool add(std::string_view name, std::uint32_t source) {
+    const Declaration& d = *sources_[source];
+    // The names of movements are in an index already: one that is alone needs no place in another.
+    if (const std::uint32_t movement = declarations_.movement_number(d);
+        movement != kUnreachable && !declarations_.has_namesake(movement)) {
+      if (find(name) != NameIndex::kNothing) return false;
+      taken_[movement] = true;
+      return true;
+    }
+    if (has(name)) return false;
+    if (name == d.name) {
+      index_.insert(name, source);
+    } else {
+      index_.insert(name, static_cast<std::uint32_t>(sources_.size() + made_.size()));
+      made_.emplace_back(name);
+    }
+    return true;
+  }
+  [[nodiscard]] bool has(std::string_view name) const {
+    const std::uint32_t movement = declarations_.only_movement(name);
+    return (movement != kUnreachable && taken_[movement]) || find(name) != NameIndex::kNothing;
+  }
+
+ private:
+  [[nodiscard]] std::uint32_t find(std::string_view name) const {
+    return index_.find(name, [&](std::uint32_t i) {
+      return i < sources_.size() ? sources_[i]->name == name : made_[i - sources_.size()] == name;
+    });
+  }
+
+  const std::vector<const Declaration*>& sources_;
+  const Declarations& declarations_;
+  NameIndex index_;
+  std::vector<bool> taken_;       ///< of movements that no other has the name of
+  std::deque<std::string> made_;  ///< names that stand in no source
+};
+
+std::size_t count_knots(const std::vector<MergedCurve>& curves) {
+  std::size_t knots = 0;
+  for (const MergedCurve& m : curves) knots += m.curve.knots.size();
+  return knots;
+}
+
+/// The knots of all clips, for their limit. Of an expression that nobody wants drawn the most there can be is enough,
+/// as long as all together stay below the limit; past it they are drawn after all.
+class KnotCount {
+ public:
+  KnotCount(const Emitter& emitter, Evaluator& evaluator) : emitter_(emitter), evaluator_(evaluator) {}
+
+  void add_at_most(const Declaration& expression, std::size_t knots) {
+    estimated_.push_back(&expression);
+    estimate_ += knots;
+  }
+  [[nodiscard]] bool past_limit() {
+    if (emitter_.draft.knots.size() + counted_ + estimate_ <= kMaxKnots) return false;
+    for (const Declaration* d : estimated_)
+      if (const auto clip = lower_expression(*d, evaluator_))
+        counted_ += count_knots(merge(*clip, evaluator_.channels()));
+    estimated_.clear();
+    estimate_ = 0;
+    return emitter_.draft.knots.size() + counted_ > kMaxKnots;
+  }
+
+ private:
+  const Emitter& emitter_;
+  Evaluator& evaluator_;
+  std::size_t counted_ = 0;  ///< of what was drawn to be counted
+  std::size_t estimate_ = 0;
+  std::vector<const Declaration*> estimated_;
+};
+
+/// Makes the clips of all sources, or finds out what is wrong with them.
+class ClipMaking {
+ public:
+  ClipMaking(std::vector<const Declaration*>&& sources, Evaluator& evaluator, Discourses& discourses, Emitter& emitter,
+             ExplainRequest* explained)
+      : sources_(std::move(sources)),
+        evaluator_(evaluator),
+        discourses_(discourses),
+        emitter_(emitter),
+        explained_(explained),
+        names_(sources_, evaluator.declarations()),
+        knots_(emitter, evaluator) {}
+
+  void run() {
+    for (std::uint32_t i = 0; i < sources_.size(); ++i) {
+      const Declaration& d = *sources_[i];
+      if (const auto most = evaluator_.most_knots(d)) {
+        if (*most == 0) continue;
+        if (take_name(i, d.name)) knots_.add_at_most(d, *most);
+      } else {
+        for (ClipDraft& clip : lower(d, evaluator_, discourses_)) add(i, clip);
+      }
+      if (knots_.past_limit()) {
+        evaluator_.report({}, d.node, TooLarge{"the program", fmt::format("{} knots", kMaxKnots)});
+        return;
+      }
+    }
+  }
+
+ private:
+  bool take_name(std::uint32_t source, std::string_view name) {
+    if (names_.add(name, source)) return true;
+    evaluator_.report({}, sources_[source]->node.child(NodeKind::name), DuplicateName{"clip", std::string(name)});
+    return false;
+  }
+
+  void add(std::uint32_t source, ClipDraft& clip) {
+    // An entry gives way and takes its lexicon's name along.
+    if (clip.kind == program::ClipKind::entry && names_.has(clip.name))
+      clip.name = fmt::format("{}_{}", evaluator_.declarations().lexicons[sources_[source]->lexicon].declaration.name,
+                              clip.name);
+    if (!take_name(source, clip.name)) return;
+    const Channels& channels = evaluator_.channels();
+    if (explained_ != nullptr) explained_->clips.push_back(clip.name);
+    std::vector<MergedCurve> curves;
+    if (explained_ != nullptr && clip.name == explained_->options.clip) {
+      ExplanationRecorder recorder(clip, channels, explained_->options.time_ns);
+      curves = merge(clip, channels, &recorder);
+      explained_->found = true;
+      explained_->channels = recorder.take();
+    } else {
+      curves = merge(clip, channels);
+    }
+    if (const auto too_large = emitter_.clip(clip, curves, channels))
+      evaluator_.report({}, sources_[source]->node, *too_large);
+  }
+
+  const std::vector<const Declaration*> sources_;
+  Evaluator& evaluator_;
+  Discourses& discourses_;
+  Emitter& emitter_;
+  ExplainRequest* explained_;
+  ClipNames names_;
+  KnotCount knots_;
+};
+
+/// Nothing: an error was reported, or no program was asked for.
 std::optional<program::Draft> compile_all(const std::vector<std::shared_ptr<const lang::Source>>& roots,
                                           lang::SourceProvider& provider, lang::Diagnostics& diagnostics,
-                                          const CompileOptions& options, TestRequest* request,
+                                          const CompileOptions& options, Product product, TestRequest* request,
                                           ExplainRequest* explained = nullptr) {
   OutsideTimes outside(options.times, diagnostics);
   std::vector<LoadedFile> files = load_sources(roots, provider, diagnostics);
   const Declarations declarations = Declarations::collect(files, provider, diagnostics);
   const Channels channels = build_channels(files, declarations, diagnostics);
-  Evaluator evaluator(files, declarations, channels, outside, diagnostics);
+  Evaluator evaluator(files, declarations, channels, outside, diagnostics, product);
   Discourses discourses(evaluator);
   Emitter emitter;
   emitter.channels(channels);
   build_rig(options.face, evaluator, emitter);
 
-  for (const Declaration& d : declarations.movements)
+  for (std::size_t i = 0; i < declarations.movements.size(); ++i) {
+    look_ahead(i, evaluator);
+    const Declaration& d = declarations.movements[i];
     if (files[d.file].root) check_movement(d, evaluator);
+  }
   for (const Declaration& d : declarations.degrees)
     if (files[d.file].root) evaluator.degree_of(d);
   for (const Declaration& d : declarations.ambients)
     if (files[d.file].root) check_ambient(d, evaluator);
   check_combinations(evaluator);
-
-  std::unordered_set<std::string> names;
-  const auto add = [&](const Declaration& d, ClipDraft& clip) {
-    // Clips are named in files and players: one name, one clip. An entry gives way and takes its lexicon's name along.
-    if (names.count(clip.name) != 0 && clip.kind == program::ClipKind::entry)
-      clip.name = fmt::format("{}_{}", declarations.lexicons[d.lexicon].declaration.name, clip.name);
-    if (!names.insert(clip.name).second) {
-      evaluator.report({}, d.node.child(NodeKind::name), DuplicateName{"clip", clip.name});
-      return;
-    }
-    if (explained != nullptr) explained->clips.push_back(clip.name);
-    std::optional<TooLarge> too_large;
-    if (explained != nullptr && clip.name == explained->options.clip) {
-      ExplanationRecorder recorder(clip, channels, explained->options.time_ns);
-      too_large = emitter.clip(clip, merge(clip, channels, &recorder), channels);
-      explained->found = true;
-      explained->channels = recorder.take();
-    } else {
-      too_large = emitter.clip(clip, merge(clip, channels), channels);
-    }
-    if (too_large) evaluator.report({}, d.node, *too_large);
-  };
-  for (const Declaration* d : clip_sources(files, declarations, options.lexicon)) {
-    for (ClipDraft& clip : lower(*d, evaluator, discourses)) add(*d, clip);
-    if (emitter.draft.knots.size() > kMaxKnots) {
-      evaluator.report({}, d->node, TooLarge{"the program", fmt::format("{} knots", kMaxKnots)});
-      break;
-    }
-  }
+  ClipMaking(clip_sources(files, declarations, options.lexicon), evaluator, discourses, emitter, explained).run();
   visit_tests(files, evaluator, discourses, request);
   if (diagnostics.error_count() != 0) return std::nullopt;
   // Tests are run file by file, and one table may serve them all.
   if (request == nullptr) outside.report_unused(diagnostics);
+  if (product == Product::diagnostics) return std::nullopt;
   return std::move(emitter.draft);
 }
 
@@ -201,7 +349,12 @@ std::optional<program::Draft> compile_all(const std::vector<std::shared_ptr<cons
 std::optional<program::Draft> compile(const std::vector<std::shared_ptr<const lang::Source>>& roots,
                                       lang::SourceProvider& provider, lang::Diagnostics& diagnostics,
                                       const CompileOptions& options) {
-  return compile_all(roots, provider, diagnostics, options, nullptr);
+  return compile_all(roots, provider, diagnostics, options, Product::program, nullptr);
+}
+
+void check(const std::vector<std::shared_ptr<const lang::Source>>& roots, lang::SourceProvider& provider,
+           lang::Diagnostics& diagnostics, const CompileOptions& options) {
+  static_cast<void>(compile_all(roots, provider, diagnostics, options, Product::diagnostics, nullptr));
 }
 
 std::vector<TestResult> run_tests(const std::vector<std::shared_ptr<const lang::Source>>& roots,
@@ -210,7 +363,7 @@ std::vector<TestResult> run_tests(const std::vector<std::shared_ptr<const lang::
   TestRequest request{options.filter, {}};
   CompileOptions compile_options;
   compile_options.times = options.times;
-  if (!compile_all(roots, provider, diagnostics, compile_options, &request)) return {};
+  if (!compile_all(roots, provider, diagnostics, compile_options, Product::program, &request)) return {};
   return std::move(request.results);
 }
 
@@ -220,7 +373,7 @@ std::optional<Explanation> explain(const std::vector<std::shared_ptr<const lang:
   ExplainRequest request{options, {}, false, {}};
   CompileOptions compile_options;
   compile_options.times = options.times;
-  auto draft = compile_all(roots, provider, diagnostics, compile_options, nullptr, &request);
+  auto draft = compile_all(roots, provider, diagnostics, compile_options, Product::program, nullptr, &request);
   if (!draft) return std::nullopt;
   return Explanation{std::move(*draft), std::move(request.clips), request.found, std::move(request.channels)};
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cassert>
 #include <cstddef>
+#include <optional>
 
 #include "cubic.h"
 
@@ -310,6 +311,21 @@ Curve since(Curve curve, std::int64_t time_ns) {
   left.time_ns = time_ns;
   curve.knots.erase(curve.knots.begin(), after - 1);
   return curve;
+}
+
+std::optional<std::size_t> most_pieces(Easing easing) {
+  switch (easing) {
+    case Easing::smooth:
+    case Easing::linear:
+      return 1;
+    case Easing::step:
+      return 2;
+    case Easing::cosine:
+      return 4;
+    case Easing::spring:
+      break;
+  }
+  return std::nullopt;
 }
 
 Curve scaled(Curve curve, double factor) {

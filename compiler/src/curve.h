@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 /// Piecewise cubic curves over integer nanoseconds, and the few operators that merging is made of.
@@ -42,6 +44,9 @@ void ease_to(Curve& curve, std::int64_t time_ns, double value, Easing easing, st
 [[nodiscard]] Curve until(const Curve& curve, std::int64_t time_ns);
 /// The curve from a time on, exactly; it begins with a knot there, unless it begins later.
 [[nodiscard]] Curve since(Curve curve, std::int64_t time_ns);
+/// How many cubics `ease_to` appends at most, all between the two values. Nothing: it has to be drawn to say.
+[[nodiscard]] std::optional<std::size_t> most_pieces(Easing easing);
+
 [[nodiscard]] Curve scaled(Curve curve, double factor);
 [[nodiscard]] Curve add(const Curve& a, const Curve& b);
 /// The larger of the two at every time; where they are equal, `a`.

@@ -1,6 +1,7 @@
 #include "declarations.h"
 
 #include <algorithm>
+#include <functional>
 #include <unordered_set>
 
 #include <fmt/format.h>
@@ -41,6 +42,15 @@ std::string_view name_of(NodeRef declaration) {
   return name ? name.text() : std::string_view();
 }
 
+void report_duplicate(const char* what, std::string_view name, const std::vector<LoadedFile>& files, std::uint32_t file,
+                      NodeRef first, NodeRef again, lang::Diagnostics& diagnostics) {
+  const NodeRef first_name = first.child(NodeKind::name);
+  const NodeRef this_name = again.child(NodeKind::name);
+  const auto& source = files[file].tree->source_pointer();
+  auto& d = diagnostics.report(source, (this_name ? this_name : again).range(), DuplicateName{what, std::string(name)});
+  d.labels.push_back({source, (first_name ? first_name : first).range(), "the first one"});
+}
+
 /// Reports the second declaration of a name in one file.
 class Uniqueness {
  public:
@@ -50,12 +60,7 @@ class Uniqueness {
   bool fresh(const char* space, const char* what, std::string_view name, std::uint32_t file, NodeRef node) {
     const auto [it, added] = seen_.try_emplace(fmt::format("{}\n{}\n{}", space, file, name), node);
     if (added) return true;
-    const NodeRef first_name = it->second.child(NodeKind::name);
-    const NodeRef this_name = node.child(NodeKind::name);
-    const auto& source = files_[file].tree->source_pointer();
-    auto& d =
-        diagnostics_.report(source, (this_name ? this_name : node).range(), DuplicateName{what, std::string(name)});
-    d.labels.push_back({source, (first_name ? first_name : it->second).range(), "the first one"});
+    report_duplicate(what, name, files_, file, it->second, node, diagnostics_);
     return false;
   }
 
@@ -67,8 +72,11 @@ class Uniqueness {
 
 /// Names of lexicons that a file speaks of without declaring or using them.
 void named_lexicons(const lang::Tree& tree, std::vector<std::string>& out) {
-  for (NodeRef d : tree.root().children()) {
-    if (!d.is(NodeKind::utterance) && !d.is(NodeKind::discourse) && !d.is(NodeKind::lexicon)) continue;
+  for (const lang::DeclarationRef& declared : tree.declarations()) {
+    if (declared.kind != NodeKind::utterance && declared.kind != NodeKind::discourse &&
+        declared.kind != NodeKind::lexicon)
+      continue;
+    const NodeRef d = tree.at(declared);
     for (const NodeKind k : {NodeKind::in, NodeKind::extends})
       if (const NodeRef part = d.child(k))
         if (const NodeRef name = part.child(NodeKind::name)) out.emplace_back(name.text());
@@ -80,8 +88,8 @@ void named_lexicons(const lang::Tree& tree, std::vector<std::string>& out) {
 
 bool declares_lexicon(const std::vector<LoadedFile>& files, std::string_view name) {
   for (const LoadedFile& f : files)
-    for (NodeRef d : f.tree->root().children())
-      if (d.is(NodeKind::lexicon) && name_of(d) == name) return true;
+    for (const lang::DeclarationRef& d : f.tree->declarations())
+      if (d.kind == NodeKind::lexicon && name_of(f.tree->at(d)) == name) return true;
   return false;
 }
 
@@ -100,16 +108,29 @@ Declarations Declarations::collect(std::vector<LoadedFile>& files, lang::SourceP
   Declarations all;
   all.files_ = &files;
   Uniqueness unique(files, diagnostics);
+  std::size_t movements = 0;
+  for (const LoadedFile& file : files)
+    for (const lang::DeclarationRef& d : file.tree->declarations())
+      movements += d.kind == NodeKind::pose || d.kind == NodeKind::expression || d.kind == NodeKind::motion;
+  all.movements.reserve(movements);
+  all.has_namesake_.reserve(movements);
+  all.has_params_.reserve(movements);
+  all.movement_index_.reserve(movements);
   for (std::uint32_t i = 0; i < files.size(); ++i) {
-    for (NodeRef node : files[i].tree->root().children()) {
+    const lang::Tree& tree = *files[i].tree;
+    const std::vector<lang::DeclarationRef>& declarations = tree.declarations();
+    for (std::size_t k = 0; k < declarations.size(); ++k) {
+      // The index of a large file is larger than the processor's cache.
+      constexpr std::size_t kAhead = 8;
+      if (k + kAhead < declarations.size()) all.movement_index_.prefetch(name_of(tree.at(declarations[k + kAhead])));
+      const lang::DeclarationRef& declared = declarations[k];
+      const NodeRef node = tree.at(declared);
       const Declaration d{node, name_of(node), i};
-      switch (node.kind()) {
+      switch (declared.kind) {
         case NodeKind::pose:
         case NodeKind::expression:
         case NodeKind::motion:
-          if (d.name.empty() || !unique.fresh("movement", "pose, expression or motion", d.name, i, node)) break;
-          all.movement_index_[d.name].push_back(static_cast<std::uint32_t>(all.movements.size()));
-          all.movements.push_back(d);
+          if (!d.name.empty()) all.movement(d, files, diagnostics);
           break;
         case NodeKind::timeline:
         case NodeKind::utterance:
@@ -182,6 +203,64 @@ Declarations Declarations::collect(std::vector<LoadedFile>& files, lang::SourceP
   return all;
 }
 
+void Declarations::movement(const Declaration& d, const std::vector<LoadedFile>& files,
+                            lang::Diagnostics& diagnostics) {
+  const auto index = static_cast<std::uint32_t>(movements.size());
+  const std::uint32_t first =
+      movement_index_.find(d.name, [&](std::uint32_t i) { return movements[i].name == d.name; });
+  std::uint32_t last = first;
+  for (std::uint32_t i = first; i != kUnreachable; i = next_of_name(i)) {
+    if (movements[i].file == d.file)
+      return report_duplicate("pose, expression or motion", d.name, files, d.file, movements[i].node, d.node,
+                              diagnostics);
+    last = i;
+  }
+  if (first == NameIndex::kNothing)
+    movement_index_.insert(d.name, index);
+  else
+    next_of_name_.emplace(last, index);
+  if (last != kUnreachable) has_namesake_[last] = true;
+  movements.push_back(d);
+  has_namesake_.push_back(last != kUnreachable);
+  has_params_.push_back(d.node.child(NodeKind::params).exists());
+}
+
+std::uint32_t Declarations::next_of_name(std::uint32_t movement) const {
+  if (next_of_name_.empty()) return kUnreachable;
+  const auto it = next_of_name_.find(movement);
+  return it == next_of_name_.end() ? kUnreachable : it->second;
+}
+
+std::uint32_t Declarations::only_movement(std::string_view name) const {
+  const std::uint32_t number = movement_index_.find(name, [&](std::uint32_t i) { return movements[i].name == name; });
+  return number == kUnreachable || has_namesake_[number] ? kUnreachable : number;
+}
+
+std::uint32_t Declarations::movement_number(const Declaration& d) const {
+  const std::less<const Declaration*> before;
+  if (movements.empty() || before(&d, movements.data()) || before(&movements.back(), &d)) return kUnreachable;
+  return static_cast<std::uint32_t>(&d - movements.data());
+}
+
+NodeRef Declarations::params(const Declaration& d) const {
+  const std::uint32_t number = movement_number(d);
+  return number != kUnreachable && !has_params_[number] ? NodeRef() : d.node.child(NodeKind::params);
+}
+
+const Declaration* Declarations::find_movement(std::string_view name, std::uint32_t from) const {
+  const Declaration* best = nullptr;
+  std::uint32_t best_distance = kUnreachable;
+  std::uint32_t i = movement_index_.find(name, [&](std::uint32_t k) { return movements[k].name == name; });
+  for (; i != kUnreachable; i = next_of_name(i)) {
+    const std::uint32_t distance = (*files_)[from].distance[movements[i].file];
+    if (distance < best_distance) {
+      best_distance = distance;
+      best = &movements[i];
+    }
+  }
+  return best;
+}
+
 namespace {
 
 /// Of the declarations of one name the one that is nearest to a file.
@@ -203,10 +282,6 @@ const Declaration* nearest_of(const std::unordered_map<std::string_view, std::ve
 }
 
 }  // namespace
-
-const Declaration* Declarations::find_movement(std::string_view name, std::uint32_t from) const {
-  return nearest_of(movement_index_, movements, name, (*files_)[from]);
-}
 
 const Declaration* Declarations::find_clip(std::string_view name, std::uint32_t from) const {
   return nearest_of(clip_index_, clips, name, (*files_)[from]);

@@ -12,6 +12,7 @@
 #include <nms/lang/tree.h>
 
 #include "load_sources.h"
+#include "name_index.h"
 
 namespace nms::compiler {
 
@@ -55,6 +56,14 @@ class Declarations {
   std::vector<LexiconDeclaration> lexicons;
   std::vector<Declaration> tracks, axes, units, muscles, faces, tests, degrees, ambients;
 
+  /// Its index in `movements`, or kUnreachable for what is none of them.
+  [[nodiscard]] std::uint32_t movement_number(const Declaration& d) const;
+  /// Whether another movement, of any file, has the same name.
+  [[nodiscard]] bool has_namesake(std::uint32_t movement) const { return has_namesake_[movement]; }
+  /// The number of the only movement of that name, or kUnreachable.
+  [[nodiscard]] std::uint32_t only_movement(std::string_view name) const;
+  /// Asks memory for what `find_movement` will soon need; changes nothing.
+  void prefetch_movement(std::string_view name) const { movement_index_.prefetch(name); }
   /// The movement `name` as file `from` sees it: its own first, then those of the files it uses, nearest first.
   [[nodiscard]] const Declaration* find_movement(std::string_view name, std::uint32_t from) const;
   /// The timeline, utterance or discourse of that name that is nearest to file `from`.
@@ -64,6 +73,8 @@ class Declarations {
   [[nodiscard]] std::vector<std::string> degree_names(std::uint32_t from) const;
   /// The ambient of that name that is nearest to file `from`.
   [[nodiscard]] const Declaration* find_ambient(std::string_view name, std::uint32_t from) const;
+  /// The parameters of a declaration, if it has any. Of one of `movements` that has none it looks nowhere.
+  [[nodiscard]] lang::NodeRef params(const Declaration& d) const;
   [[nodiscard]] std::uint32_t find_lexicon(std::string_view name) const;
   /// An entry by name, label or alias, in a lexicon or one that it extends: the nearest lexicon first, and in it names
   /// before labels. Of several that share the label, the first.
@@ -83,11 +94,19 @@ class Declarations {
  private:
   /// Whether a lexicon between `from` and `at`, which has it, has its own in its place or does without.
   [[nodiscard]] bool hidden(const Declaration& entry, std::uint32_t from, std::uint32_t at) const;
-  std::unordered_map<std::string_view, std::vector<std::uint32_t>> movement_index_;
+  /// Collects a pose, expression or motion.
+  void movement(const Declaration& d, const std::vector<LoadedFile>& files, lang::Diagnostics& diagnostics);
+
   std::unordered_map<std::string_view, std::vector<std::uint32_t>> clip_index_;
   std::unordered_map<std::string_view, std::vector<std::uint32_t>> degree_index_;
   std::unordered_map<std::string_view, std::uint32_t> lexicon_index_;
   std::unordered_map<std::string_view, std::vector<std::uint32_t>> ambient_index_;
+  NameIndex movement_index_;
+  std::vector<bool> has_namesake_;  ///< of movements
+  std::vector<bool> has_params_;    ///< of movements
+  /// Of movements that are not the last of their name: the next one. Few are.
+  std::unordered_map<std::uint32_t, std::uint32_t> next_of_name_;
+  [[nodiscard]] std::uint32_t next_of_name(std::uint32_t movement) const;
   const std::vector<LoadedFile>* files_ = nullptr;
 };
 

@@ -43,9 +43,9 @@ std::uint32_t load(std::vector<LoadedFile>& files, std::shared_ptr<const lang::S
     const auto begin = static_cast<std::uint32_t>(bad);
     diagnostics.report(tree->source_pointer(), {begin, begin + 1}, NotUtf8{static_cast<unsigned char>(text[bad])});
   }
-  for (NodeRef declaration : tree->root().children()) {
-    if (!declaration.is(NodeKind::use)) continue;
-    const NodeRef name = declaration.child(NodeKind::string);
+  for (const lang::DeclarationRef& declaration : tree->declarations()) {
+    if (declaration.kind != NodeKind::use) continue;
+    const NodeRef name = tree->at(declaration).child(NodeKind::string);
     if (!name || name.text().size() < 2) continue;
     const std::string path(name.text().substr(1, name.text().size() - 2));
     std::shared_ptr<const lang::Source> used = provider.find(path, tree->source().path());

@@ -24,7 +24,7 @@ namespace {
 Scope default_scope(const Declaration& d, Evaluator& evaluator, bool& good) {
   Scope outer;
   outer.file = d.file;
-  auto bound = evaluator.bind({}, false, d.name, d.node.child(NodeKind::params), d.file, outer);
+  auto bound = evaluator.bind({}, false, d.name, evaluator.declarations().params(d), d.file, outer);
   good = bound.has_value();
   return good ? *bound : outer;
 }

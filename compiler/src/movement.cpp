@@ -1,6 +1,7 @@
 #include "movement.h"
 
 #include <algorithm>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -17,9 +18,6 @@ using lang::Unit;
 
 namespace {
 
-/// Steps of work one declaration may take: calls with arguments can multiply, and must end.
-constexpr std::uint32_t kMaxWork = 200'000;
-constexpr std::uint64_t kMaxWorkInAll = 20'000'000;
 constexpr std::size_t kMaxDepth = 64;
 constexpr std::size_t kMaxSequences = 1'000;
 /// Brackets open at once, over all definitions on the way: the stack is finite.
@@ -38,16 +36,15 @@ void keep_side(Pose& pose, const Channels& channels, program::Side side) {
              pose.end());
 }
 
-}  // namespace
-
-void add_amount(Pose& pose, std::uint32_t channel, double value) {
-  const auto it = std::lower_bound(pose.begin(), pose.end(), channel,
-                                   [](const Amount& a, std::uint32_t c) { return a.channel < c; });
-  if (it != pose.end() && it->channel == channel)
-    it->value += value;
-  else
-    pose.insert(it, {channel, value});
+bool moves_any(const Sequence& sequence, const std::vector<Related>& channels) {
+  for (const Step& step : sequence.steps)
+    for (const Amount& a : step.pose)
+      for (const Related& r : channels)
+        if (a.channel >= r.first && a.channel <= r.last) return true;
+  return false;
 }
+
+}  // namespace
 
 bool Evaluator::fresh(NodeRef at, std::string_view kind) {
   return reported_.try_emplace({&at.tree(), at.index(), kind}, diagnostics_.all().size()).second;
@@ -58,10 +55,7 @@ void Evaluator::label_reported(NodeRef at, std::string_view kind, lang::Label la
   if (it != reported_.end()) diagnostics_.add_label(it->second, std::move(label));
 }
 
-bool Evaluator::spend(NodeRef at, const Scope& scope, std::size_t steps) {
-  spent_ += static_cast<std::uint32_t>(steps);
-  spent_in_all_ += steps;
-  if (spent_ <= kMaxWork && spent_in_all_ <= kMaxWorkInAll) return true;
+bool Evaluator::overspend(NodeRef at, const Scope& scope) {
   if (spent_in_all_ > kMaxWorkInAll) {
     if (!overspent_in_all_)
       report(scope, at, TooLarge{"the work that all definitions take", fmt::format("{} steps", kMaxWorkInAll)});
@@ -143,13 +137,16 @@ bool Evaluator::facs(NodeRef node, const Scale& scale, const Scope& scope, Movem
   return good;
 }
 
+bool Evaluator::scales_without_unit(const Scale& scale, const Scope& scope) {
+  if (scale.unit == Unit::none) return true;
+  report(scope, scale.node,
+         UnitMismatch{std::string(scale.node.text()), std::string(lang::describe(scale.unit)),
+                      "a share or a plain number"});
+  return false;
+}
+
 bool Evaluator::take(Movement&& part, const Scale& scale, NodeRef at, const Scope& scope, Movement& into) {
-  if (scale.unit != Unit::none) {
-    report(scope, scale.node,
-           UnitMismatch{std::string(scale.node.text()), std::string(lang::describe(scale.unit)),
-                        "a share or a plain number"});
-    return false;
-  }
+  if (!scales_without_unit(scale, scope)) return false;
   // A long sequence costs what it weighs, wherever it is copied to.
   for (const Sequence& s : part.sequences)
     if (!spend(at, scope, s.steps.size())) return false;
@@ -246,8 +243,13 @@ bool Evaluator::named(NodeRef name, NodeRef call, const Scale& scale, const Scop
           "it is an entry of {0}, which belongs in an utterance: utterance NAME in {0} {{ }}", l->declaration.name));
     return false;
   }
-  auto inner = bind(call, skip_first, d->name, d->node.child(NodeKind::params), d->file, scope);
+  auto inner = bind(call, skip_first, d->name, declarations_.params(*d), d->file, scope);
   if (!inner) return false;
+  if (const Known* k = known(*d, *inner); k != nullptr && k->state == Known::State::pose) {
+    if (!scales_without_unit(scale, scope)) return false;
+    poses_.add_to(into.pose, k->at, scale.factor);
+    return true;
+  }
   auto part = declaration(*d, *inner);
   if (!part) return false;
   return take(std::move(*part), scale, name, scope, into);
@@ -338,6 +340,8 @@ std::optional<Movement> Evaluator::sum(NodeRef node, const Scope& scope) {
 
 std::optional<Movement> Evaluator::sum_within(NodeRef node, const Scope& scope) {
   Movement out;
+  constexpr std::size_t kUsual = 12;  // amounts in most poses: one allocation
+  out.pose.reserve(kUsual);
   bool good = true;
   if (node.is(NodeKind::name)) {  // an argument that is a bare name: left(smile)
     if (!named(node, {}, {}, scope, out)) return std::nullopt;
@@ -361,14 +365,131 @@ std::optional<Movement> Evaluator::sum_within(NodeRef node, const Scope& scope) 
   return out;
 }
 
+/// Works out again what was checked and not kept. It went well then, so that it is free now, and where it stands on the
+/// way does not count.
+class Evaluator::Recall {
+ public:
+  explicit Recall(Evaluator& evaluator)
+      : evaluator_(evaluator),
+        open_(std::exchange(evaluator.open_, {})),
+        depth_(std::exchange(evaluator.depth_, 0U)),
+        spent_(evaluator.spent_),
+        spent_in_all_(std::exchange(evaluator.spent_in_all_, 0U)),
+        overspent_(evaluator.overspent_) {}
+  ~Recall() {
+    evaluator_.open_ = std::move(open_);
+    evaluator_.depth_ = depth_;
+    evaluator_.spent_ = spent_;
+    evaluator_.spent_in_all_ = spent_in_all_;
+    evaluator_.overspent_ = overspent_;
+  }
+  Recall(const Recall&) = delete;
+  Recall& operator=(const Recall&) = delete;
+
+ private:
+  Evaluator& evaluator_;
+  std::vector<NodeRef> open_;
+  std::uint32_t depth_;
+  std::uint32_t spent_;
+  std::uint64_t spent_in_all_;
+  bool overspent_;
+};
+
+Evaluator::Known* Evaluator::known(const Declaration& d, const Scope& scope) {
+  if (!scope.arguments.empty() || scope.places != nullptr) return nullptr;
+  const std::uint32_t number = declarations_.movement_number(d);
+  if (number == kUnreachable) return nullptr;
+  std::vector<Known>& table = known_[scope.left_handed ? 1 : 0];
+  if (table.empty()) table.resize(declarations_.movements.size());
+  return &table[number];
+}
+
+void Evaluator::prefetch(std::string_view name) const {
+  const std::uint32_t number = declarations_.only_movement(name);
+  if (number == kUnreachable || known_[0].empty()) return;
+  __builtin_prefetch(&declarations_.movements[number]);
+  const Known& known = known_[0][number];
+  if (known.state == Known::State::pose) poses_.prefetch(known.at);
+}
+
+void Evaluator::keep(Known& known, const Declaration& d, const std::optional<Movement>& result) {
+  if (!result) {
+    known = {Known::State::wrong, 0};
+  } else if (d.node.is(NodeKind::pose)) {
+    known = {Known::State::pose, poses_.keep(result->pose)};
+  } else {
+    if (product_ == Product::diagnostics && d.node.is(NodeKind::expression) && known.state != Known::State::checked)
+      if (const auto most = most_knots(*result)) {
+        known = {Known::State::checked, *most};
+        return;
+      }
+    known = {Known::State::movement, static_cast<std::uint32_t>(movements_.size())};
+    movements_.push_back(*result);
+  }
+}
+
+std::optional<std::uint32_t> Evaluator::most_knots(const Movement& expression) const {
+  if (expression.sequences.empty()) return 0;
+  const Sequence& sequence = expression.sequences.front();
+  if (sequence.steps.empty() || sequence.duration_ns < 0) return 0;
+  std::size_t amounts = 0;  // there are no more channels than that
+  std::size_t pieces = 1;
+  bool plain = true;
+  for (const Step& step : sequence.steps) {
+    amounts += step.pose.size();
+    const auto more = most_pieces(step.easing);
+    if (!more) return std::nullopt;
+    pieces += *more;
+    for (const Amount& a : step.pose) {
+      const ChannelInfo& c = channels_.channels[a.channel];
+      plain = plain && a.value <= 1.0 && a.value >= c.low() &&
+              (c.longest_ns == 0 || sequence.duration_ns <= c.longest_ns) &&
+              (c.hidden_by.empty() || !moves_any(sequence, c.hidden_by));
+    }
+  }
+  // What has to be drawn to be judged: a curve that is cut off, one that may last too long or is hidden in part, one
+  // with very many shapes and one that ends very late. No other rule of a unit speaks of what is one cause in one
+  // layer.
+  if (!plain || pieces >= program::kShapeFirstReserved || sequence.duration_ns > program::kTimeLimit_ns)
+    return std::nullopt;
+  const std::size_t most = std::max<std::size_t>(amounts * pieces, 1);
+  if (most > std::numeric_limits<std::uint32_t>::max()) return std::nullopt;
+  return static_cast<std::uint32_t>(most);
+}
+
+std::optional<std::size_t> Evaluator::most_knots(const Declaration& d) const {
+  const std::uint32_t number = declarations_.movement_number(d);
+  if (number == kUnreachable || known_[0].empty() || known_[0][number].state != Known::State::checked)
+    return std::nullopt;
+  return known_[0][number].at;
+}
+
 std::optional<Movement> Evaluator::declaration(const Declaration& d, const Scope& scope) {
-  const bool cacheable = scope.arguments.empty() && scope.places == nullptr;
+  Known* const known = this->known(d, scope);
+  if (known == nullptr) return work_out(d, scope, nullptr);
+  switch (known->state) {
+    case Known::State::wrong:
+      return std::nullopt;
+    case Known::State::pose: {
+      Movement still;
+      poses_.add_to(still.pose, known->at, 1.0);
+      return still;
+    }
+    case Known::State::movement:
+      return movements_[known->at];
+    case Known::State::checked: {
+      const Recall recall(*this);
+      return work_out(d, scope, known);
+    }
+    case Known::State::untried:
+      break;
+  }
+  return work_out(d, scope, known);
+}
+
+std::optional<Movement> Evaluator::work_out(const Declaration& d, const Scope& scope, Known* known) {
   const std::uint64_t key =
       (std::uint64_t{d.file} << 33U) | (std::uint64_t{d.node.index()} << 1U) | (scope.left_handed ? 1U : 0U);
-  if (cacheable) {
-    const auto it = known_.find(key);
-    if (it != known_.end()) return it->second;
-  }
   if (too_heavy_.count(key) != 0) return std::nullopt;
   if (std::find(open_.begin(), open_.end(), d.node) != open_.end()) {
     report(scope, d.node.child(NodeKind::name), RecursiveDefinition{std::string(d.name)});
@@ -433,7 +554,7 @@ std::optional<Movement> Evaluator::declaration(const Declaration& d, const Scope
   }
   open_.pop_back();
   if (outermost && overspent_) too_heavy_.insert(key);
-  if (cacheable) known_.emplace(key, result);
+  if (known != nullptr) keep(*known, d, result);
   return result;
 }
 

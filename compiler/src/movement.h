@@ -2,11 +2,11 @@
 
 #include <cassert>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <optional>
 #include <string_view>
 #include <tuple>
-#include <unordered_map>
 #include <unordered_set>
 #include <utility>
 #include <vector>
@@ -18,17 +18,9 @@
 #include "declarations.h"
 #include "outside_times.h"
 #include "places.h"
+#include "pose_store.h"
 
 namespace nms::compiler {
-
-/// How far one channel is moved: AUs in [0, 1] (more where sums saturate), axes in signed shares of their full scale.
-struct Amount {
-  std::uint32_t channel = 0;
-  double value = 0.0;
-};
-
-/// An instantaneous state: amounts by ascending channel, each channel once. A stated 0 is not the same as no amount.
-using Pose = std::vector<Amount>;
 
 /// One step of a sequence: the face is in `pose` at the step's end.
 struct Step {
@@ -82,17 +74,33 @@ struct Scope {
   const Places* places = nullptr;  ///< of the discourse, if any: `gaze NAME` goes there
 };
 
+/// What a compilation is for.
+enum class Product : std::uint8_t {
+  program,      ///< a program: all curves are drawn
+  diagnostics,  ///< to know what is wrong: nothing is drawn or kept that cannot be wrong
+};
+
 /// Turns sums into movements: names, arguments, units, sides. One for a compilation; keeps what it has worked out.
 class Evaluator {
  public:
   Evaluator(const std::vector<LoadedFile>& files, const Declarations& declarations, const Channels& channels,
-            OutsideTimes& outside, lang::Diagnostics& diagnostics)
-      : files_(files), declarations_(declarations), channels_(channels), outside_(outside), diagnostics_(diagnostics) {}
+            OutsideTimes& outside, lang::Diagnostics& diagnostics, Product product = Product::program)
+      : files_(files),
+        declarations_(declarations),
+        channels_(channels),
+        outside_(outside),
+        diagnostics_(diagnostics),
+        product_(product) {}
 
   /// A `sum` node. Nothing if anything in it is wrong; it has been reported then.
   [[nodiscard]] std::optional<Movement> sum(lang::NodeRef node, const Scope& scope);
   /// A movement's declaration with the scope its call made.
   [[nodiscard]] std::optional<Movement> declaration(const Declaration& d, const Scope& scope);
+  /// Of an expression that was worked out for the sake of diagnostics alone: how many knots its clip has at most, 0 if
+  /// it makes none. Nothing: it has to be drawn to say.
+  [[nodiscard]] std::optional<std::size_t> most_knots(const Declaration& d) const;
+  /// Asks memory for what is known of the only movement of that name; changes nothing.
+  void prefetch(std::string_view name) const;
   /// The steps of an expression, or of a motion in brackets.
   [[nodiscard]] std::optional<Sequence> sequence(lang::NodeRef parent, std::string_view name,
                                                  std::optional<std::int64_t> duration_ns, const Scope& scope);
@@ -178,18 +186,49 @@ class Evaluator {
   [[nodiscard]] bool oscillate(lang::NodeRef call, const Scale& scale, const Scope& scope, Movement& into);
   [[nodiscard]] bool take(Movement&& part, const Scale& scale, lang::NodeRef at, const Scope& scope, Movement& into);
   [[nodiscard]] std::optional<Movement> sum_within(lang::NodeRef node, const Scope& scope);
+  /// What is known of a declaration that was worked out without arguments: it is worked out once.
+  struct Known {
+    enum class State : std::uint8_t {
+      untried,
+      wrong,
+      pose,      ///< `at` is its number in poses_
+      movement,  ///< `at` is its index in movements_
+      checked,   ///< right, and not kept; its clip has at most `at` knots
+    };
+    State state = State::untried;
+    std::uint32_t at = 0;
+  };
+  class Recall;
+  /// Null for what is no declared movement.
+  [[nodiscard]] Known* known(const Declaration& d, const Scope& scope);
+  void keep(Known& known, const Declaration& d, const std::optional<Movement>& result);
+  [[nodiscard]] std::optional<Movement> work_out(const Declaration& d, const Scope& scope, Known* known);
+  [[nodiscard]] std::optional<std::uint32_t> most_knots(const Movement& expression) const;
+  [[nodiscard]] bool scales_without_unit(const Scale& scale, const Scope& scope);
   [[nodiscard]] const Argument* argument(std::string_view name, const Scope& scope) const;
   [[nodiscard]] bool fresh(lang::NodeRef at, std::string_view kind);
   void label_reported(lang::NodeRef at, std::string_view kind, lang::Label label);
   /// Counts steps of work; false once a definition has taken more than any sensible one.
-  [[nodiscard]] bool spend(lang::NodeRef at, const Scope& scope, std::size_t steps = 1);
+  [[nodiscard]] bool spend(lang::NodeRef at, const Scope& scope, std::size_t steps = 1) {
+    spent_ += static_cast<std::uint32_t>(steps);
+    spent_in_all_ += steps;
+    return (spent_ <= kMaxWork && spent_in_all_ <= kMaxWorkInAll) || overspend(at, scope);
+  }
+  /// Says so, once; false.
+  [[nodiscard]] bool overspend(lang::NodeRef at, const Scope& scope);
+  /// Steps of work one declaration may take: calls with arguments can multiply, and must end.
+  static constexpr std::uint32_t kMaxWork = 200'000;
+  static constexpr std::uint64_t kMaxWorkInAll = 20'000'000;
 
   const std::vector<LoadedFile>& files_;
   const Declarations& declarations_;
   const Channels& channels_;
   OutsideTimes& outside_;
   lang::Diagnostics& diagnostics_;
-  std::unordered_map<std::uint64_t, std::optional<Movement>> known_;  ///< of declarations called without arguments
+  Product product_;
+  std::vector<Known> known_[2];  ///< of right- and of left-handed signers, by index in Declarations::movements
+  PoseStore poses_;
+  std::deque<Movement> movements_;
   std::unordered_set<std::uint64_t> too_heavy_;  ///< declarations that took too much work: reported, not tried again
   std::vector<lang::NodeRef> open_;              ///< declarations being worked out, to find circles
   /// What has been said of which node, and where it stands among the diagnostics.
@@ -209,8 +248,5 @@ inline constexpr double kMaxAmount = 1e6;
 [[nodiscard]] inline bool is_scalar(lang::Unit u) {
   return u == lang::Unit::none || u == lang::Unit::percent || u == lang::Unit::count;
 }
-
-/// Adds an amount to a pose; amounts of one channel add.
-void add_amount(Pose& pose, std::uint32_t channel, double value);
 
 }  // namespace nms::compiler

@@ -115,6 +115,8 @@ std::optional<Sequence> Evaluator::sequence(NodeRef parent, std::string_view nam
   std::int64_t own = 0;
   bool any_share = false;
   NodeRef last;
+  constexpr std::size_t kUsual = 4;  // steps in most expressions: one allocation
+  out.steps.reserve(kUsual);
   for (NodeRef node : parent.children()) {
     if (!node.is(NodeKind::step)) continue;
     last = node;

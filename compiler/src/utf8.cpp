@@ -1,10 +1,19 @@
 #include "utf8.h"
 
+#include <cstdint>
+#include <cstring>
+
 namespace nms::compiler {
 
 std::size_t first_not_utf8(std::string_view bytes) {
   const auto at = [&](std::size_t i) { return static_cast<unsigned>(static_cast<unsigned char>(bytes[i])); };
   for (std::size_t i = 0; i < bytes.size();) {
+    // Most text is ASCII: eight bytes at once.
+    for (std::uint64_t eight = 0; bytes.size() - i >= sizeof eight; i += sizeof eight) {
+      std::memcpy(&eight, bytes.data() + i, sizeof eight);
+      if ((eight & 0x8080808080808080U) != 0) break;
+    }
+    if (i == bytes.size()) break;
     const unsigned lead = at(i);
     const std::size_t length = lead < 0x80U                     ? 1
                                : lead >= 0xC2U && lead <= 0xDFU ? 2

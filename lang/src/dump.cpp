@@ -47,10 +47,10 @@ bool is_worded(NodeKind kind) {
 
 std::string dump(const Tree& tree) {
   std::string out;
-  const std::vector<Node>& nodes = tree.nodes();
+  const NodeList& nodes = tree.nodes();
   std::vector<std::uint32_t> ends;  // of the open ancestors
   for (std::uint32_t i = 0; i < nodes.size(); ++i) {
-    const Node& n = nodes[i];
+    const Node n = nodes[i];
     while (!ends.empty() && ends.back() <= i) ends.pop_back();
     out.append(2 * ends.size(), ' ');
     out += identifier(n.kind);

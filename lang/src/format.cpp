@@ -787,8 +787,7 @@ class Formatter {
 FormattedText format_statements(const Tree& tree) { return Formatter(tree).run(); }
 
 std::string format(const Tree& tree) {
-  for (const Node& n : tree.nodes())
-    if (n.kind == NodeKind::error || (n.flags & kFlagError) != 0) return std::string(tree.source().text());
+  if (has_errors(tree)) return std::string(tree.source().text());
   return Formatter(tree).run().text;
 }
 

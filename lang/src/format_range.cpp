@@ -121,8 +121,7 @@ class RangeFormatter {
 }  // namespace
 
 std::string format_range(const Tree& tree, std::uint32_t first_line, std::uint32_t last_line) {
-  for (const Node& n : tree.nodes())
-    if (n.kind == NodeKind::error || (n.flags & kFlagError) != 0) return std::string(tree.source().text());
+  if (has_errors(tree)) return std::string(tree.source().text());
   return RangeFormatter(tree, first_line, last_line).run();
 }
 

@@ -1,35 +1,12 @@
 #include "lexer.h"
 
-#include <array>
 #include <cstring>
 
 namespace nms::lang {
+
+using namespace byte_class;
+
 namespace {
-
-constexpr std::uint8_t kBlank = 1;   // blanks that do not end a line
-constexpr std::uint8_t kLetter = 2;  // may begin a name
-constexpr std::uint8_t kDigit = 4;
-constexpr std::uint8_t kGlossEnd = 8;  // ends a gloss
-constexpr std::uint8_t kInvalid = 16;  // begins no token
-
-constexpr std::array<std::uint8_t, 256> make_classes() {
-  std::array<std::uint8_t, 256> c{};
-  for (std::size_t i = 0; i < 256; ++i) c[i] = i < 32 || i >= 127 ? kInvalid : std::uint8_t{0};
-  for (char ch : {'!', '#', '$', '&', '\'', '?', '\\', '^', '|', '/', '.', '%'})
-    c[static_cast<unsigned char>(ch)] = kInvalid;
-  for (std::size_t i = 'a'; i <= 'z'; ++i) c[i] = kLetter;
-  for (std::size_t i = 'A'; i <= 'Z'; ++i) c[i] = kLetter;
-  c['_'] = kLetter;
-  for (std::size_t i = '0'; i <= '9'; ++i) c[i] = kDigit;
-  for (char ch : {' ', '\t', '\r', '\f', '\v'}) c[static_cast<unsigned char>(ch)] = kBlank | kGlossEnd;
-  for (char ch : {'\n', '[', ']', '{', '}', ';', '@', '"', '`'}) c[static_cast<unsigned char>(ch)] |= kGlossEnd;
-  c['\n'] = kGlossEnd;
-  return c;
-}
-constexpr std::array<std::uint8_t, 256> kClasses = make_classes();
-
-constexpr std::uint8_t class_of(char c) { return kClasses[static_cast<unsigned char>(c)]; }
-constexpr bool is(char c, unsigned classes) { return (class_of(c) & classes) != 0; }
 
 constexpr bool is_side(char c) { return c == 'L' || c == 'R'; }
 
@@ -64,7 +41,9 @@ bool Lexer::skip_blanks() {
       line_start = true;
       ++place_;
     } else if (is(c, kBlank)) {
-      ++place_;
+      const char* at = here() + 1;
+      while (is(*at, kBlank)) ++at;
+      set_place(at);
     } else if (c == '/' && byte(place_ + 1) == '/') {
       const void* found = std::memchr(text_.data() + place_, '\n', size - place_);
       const std::size_t end =
@@ -89,6 +68,9 @@ void Lexer::quantity(Token& token) {
   token.kind = Tok::quantity;
   const std::uint32_t begin = place_;
   int points = 0;
+  const char* at = here();
+  while (is(*at, kDigit)) ++at;
+  set_place(at);
   while (true) {
     if (is(byte(place_), kDigit)) {
       ++place_;
@@ -154,9 +136,9 @@ Token Lexer::next() {
   }
   const char c = text_[place_];
   if (is(c, kLetter)) {
-    do {
-      ++place_;
-    } while (is(byte(place_), kLetter | kDigit));
+    const char* at = here() + 1;
+    while (is(*at, kLetter | kDigit)) ++at;
+    set_place(at);
     token.kind = Tok::name;
     if ((c == 'A' || c == 'L' || c == 'R') && is_au_token(text_.substr(token.begin, place_ - token.begin)))
       token.kind = Tok::au_token;

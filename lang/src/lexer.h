@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string_view>
 #include <vector>
@@ -50,10 +51,39 @@ struct Token {
   bool checked = false;     ///< quantity: known to be well formed
 };
 
+/// What a byte may be part of.
+namespace byte_class {
+inline constexpr std::uint8_t kBlank = 1;   // blanks that do not end a line
+inline constexpr std::uint8_t kLetter = 2;  // may begin a name
+inline constexpr std::uint8_t kDigit = 4;
+inline constexpr std::uint8_t kGlossEnd = 8;  // ends a gloss
+inline constexpr std::uint8_t kInvalid = 16;  // begins no token
+
+constexpr std::array<std::uint8_t, 256> make_classes() {
+  std::array<std::uint8_t, 256> c{};
+  for (std::size_t i = 0; i < 256; ++i) c[i] = i < 32 || i >= 127 ? kInvalid : std::uint8_t{0};
+  for (char ch : {'!', '#', '$', '&', '\'', '?', '\\', '^', '|', '/', '.', '%'})
+    c[static_cast<unsigned char>(ch)] = kInvalid;
+  for (std::size_t i = 'a'; i <= 'z'; ++i) c[i] = kLetter;
+  for (std::size_t i = 'A'; i <= 'Z'; ++i) c[i] = kLetter;
+  c['_'] = kLetter;
+  for (std::size_t i = '0'; i <= '9'; ++i) c[i] = kDigit;
+  for (char ch : {' ', '\t', '\r', '\f', '\v'}) c[static_cast<unsigned char>(ch)] = kBlank | kGlossEnd;
+  for (char ch : {'\n', '[', ']', '{', '}', ';', '@', '"', '`'}) c[static_cast<unsigned char>(ch)] |= kGlossEnd;
+  c['\n'] = kGlossEnd;
+  return c;
+}
+inline constexpr std::array<std::uint8_t, 256> kClasses = make_classes();
+
+constexpr std::uint8_t class_of(char c) { return kClasses[static_cast<unsigned char>(c)]; }
+constexpr bool is(char c, unsigned classes) { return (class_of(c) & classes) != 0; }
+}  // namespace byte_class
+
 /// Cuts text into tokens, one at a time, and gathers comments. Keeps nothing but its place, so a token can be read
 /// again in the other mode. Never reports: what is wrong with a token matters only to the parser that takes it.
 class Lexer {
  public:
+  /// @pre the byte behind the text is a NUL, as it is behind a string's: runs need no other end
   Lexer(std::string_view text, std::vector<Comment>& comments) : text_(text), comments_(comments) {}
 
   /// The next token in normal mode.
@@ -64,6 +94,9 @@ class Lexer {
   /// End of the gloss that begins at `begin`, backquotes aside.
   [[nodiscard]] std::uint32_t gloss_end(std::uint32_t begin) const;
 
+  [[nodiscard]] static bool begins_name(char c) { return byte_class::is(c, byte_class::kLetter); }
+  [[nodiscard]] static bool in_name(char c) { return byte_class::is(c, byte_class::kLetter | byte_class::kDigit); }
+
   [[nodiscard]] std::uint32_t place() const { return place_; }
   void set_place(std::uint32_t place) { place_ = place; }
   /// The byte at `at`, 0 past the end.
@@ -73,6 +106,8 @@ class Lexer {
 
  private:
   bool skip_blanks();
+  [[nodiscard]] const char* here() const { return text_.data() + place_; }
+  void set_place(const char* here) { place_ = static_cast<std::uint32_t>(here - text_.data()); }
   void quantity(Token& token);
   [[nodiscard]] Token quoted(char quote, Tok closed, Tok open);
 

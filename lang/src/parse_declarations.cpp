@@ -7,7 +7,7 @@ namespace nms::lang {
 
 void Parser::file() {
   Open node(*this, NodeKind::file);
-  tree_->nodes_[node.node()].begin = 0;
+  nodes_.set_begin(node.node(), 0);
   advance();
   while (token_.kind != Tok::eof) {
     if (token_.kind == Tok::semicolon) {
@@ -30,7 +30,7 @@ bool Parser::take_docs() {
   std::size_t first = comments.size();
   while (first > 0 && comments[first - 1].range.begin >= previous_end_ && is_doc(comments[first - 1])) --first;
   if (first == comments.size()) return false;
-  tree_->nodes_.back().begin = comments[first].range.begin;
+  nodes_.set_begin(nodes_.size() - 1, comments[first].range.begin);
   for (std::size_t i = first; i < comments.size(); ++i) {
     std::uint32_t begin = comments[i].range.begin + 3;
     std::uint32_t end = comments[i].range.end;
@@ -71,6 +71,7 @@ void Parser::declaration() {
     for (const Row& row : kRows) {
       if (row.word != word) continue;
       Open node(*this, row.kind);
+      tree_->declarations_.push_back({node.node(), row.kind});
       take_docs();
       advance();
       (this->*row.parse)();
@@ -100,8 +101,7 @@ void Parser::declaration() {
       advance();
     }
     previous_ = Tok::right_brace;
-    leaf_of(NodeKind::error, begin, end);
-    tree_->nodes_.back().flags = kFlagError;
+    leaf_of(NodeKind::error, begin, end, kFlagError);
     return;
   }
   unexpected("a declaration", token_.kind == Tok::plus || token_.kind == Tok::minus
@@ -298,7 +298,7 @@ bool Parser::discourse_item() {
   if (at_word("role") || at_word("locus")) {
     Open node(*this, at_word("role") ? NodeKind::role : NodeKind::locus);
     advance();
-    if (!name(tree_->nodes_[node.node()].kind == NodeKind::role ? "the role's name" : "the locus' name")) return false;
+    if (!name(nodes_.kind(node.node()) == NodeKind::role ? "the role's name" : "the locus' name")) return false;
     while (!at_statement_end()) {
       if (at_quantity()) {
         if (!quantity()) return false;

@@ -16,19 +16,25 @@ void require(bool holds, const char* what) {
 }
 
 void require_sound(const Tree& tree) {
-  const std::vector<Node>& nodes = tree.nodes();
-  require(!nodes.empty() && nodes[0].kind == NodeKind::file && nodes[0].next == nodes.size(), "root");
+  const NodeList& nodes = tree.nodes();
+  require(nodes.size() != 0 && nodes[0].kind == NodeKind::file && nodes[0].next == nodes.size(), "root");
   std::vector<std::uint32_t> open{0};
   for (std::uint32_t i = 1; i < nodes.size(); ++i) {
-    const Node& n = nodes[i];
+    const Node n = nodes[i];
     while (nodes[open.back()].next <= i) open.pop_back();
-    const Node& parent = nodes[open.back()];
+    const Node parent = nodes[open.back()];
     require(n.next > i && n.next <= parent.next, "nesting of nodes");
     require(n.begin <= n.end && n.end <= tree.source().text().size(), "range");
     require(n.begin >= parent.begin && n.end <= parent.end, "range within the parent's");
-    require(n.zero == 0, "zero");
     open.push_back(i);
   }
+  std::vector<std::uint32_t> declared;
+  for (NodeRef child : tree.root().children())
+    if (!child.is(NodeKind::error)) declared.push_back(child.index());
+  require(declared.size() == tree.declarations().size(), "declarations");
+  for (std::size_t i = 0; i < declared.size(); ++i)
+    require(declared[i] == tree.declarations()[i].node && nodes.kind(declared[i]) == tree.declarations()[i].kind,
+            "a declaration");
   std::uint32_t last = 0;
   for (const Comment& c : tree.comments()) {
     require(c.range.begin >= last && c.range.end > c.range.begin, "comments in order");
@@ -66,7 +72,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   bool flagged = false;
-  for (const Node& n : tree->nodes()) flagged = flagged || (n.flags & kFlagError) != 0 || n.kind == NodeKind::error;
+  for (std::uint32_t i = 0; i < tree->nodes().size(); ++i)
+    flagged = flagged || (tree->nodes().flags(i) & kFlagError) != 0 || tree->nodes().kind(i) == NodeKind::error;
   require(!flagged, "no error in the tree without a diagnostic");
   Diagnostics again;
   const auto second = parse(std::make_shared<Source>("formatted.nms", text), again);

@@ -47,8 +47,7 @@ bool Parser::quantity(std::string_view what) {
   if (token_.kind != Tok::quantity) advance();
   const bool poisoned = std::exchange(poison_, false);
   check_quantity();
-  leaf_of(NodeKind::quantity, begin, token_.end);
-  if (poison_) tree_->nodes_.back().flags = kFlagError;
+  leaf_of(NodeKind::quantity, begin, token_.end, poison_ ? kFlagError : std::uint8_t{0});
   poison_ = poison_ || poisoned;
   advance();
   return true;

@@ -78,8 +78,7 @@ void Parser::skip_braces() {
     end = token_.end;
     advance();
   }
-  leaf_of(NodeKind::error, begin, end);
-  tree_->nodes_.back().flags = kFlagError;
+  leaf_of(NodeKind::error, begin, end, kFlagError);
 }
 
 // Skips to the next blank: what is left of a sign.
@@ -172,8 +171,8 @@ void Parser::sign() {
     return;
   }
   if (!gloss()) return;
-  const std::size_t nodes = tree_->nodes_.size();
-  const Node gloss_node = tree_->nodes_.back();
+  const std::uint32_t nodes = nodes_.size();
+  const Node gloss_node = nodes_[nodes - 1];
   const std::string_view text = text_.substr(gloss_node.begin, gloss_node.end - gloss_node.begin);
   if (at(Tok::left_brace)) tag();
   if (at(Tok::at_sign) && !sign_time(text)) return;
@@ -191,10 +190,10 @@ void Parser::sign() {
     }
   }
   // `wh [ ... ]`: what was read as a sign is a label.
-  if (at(Tok::left_bracket) && tree_->nodes_.size() == nodes && text.front() != '`') {
+  if (at(Tok::left_bracket) && nodes_.size() == nodes && text.front() != '`') {
     soft_fail({gloss_node.begin, gloss_node.end}, DetachedBracket{std::string(text)});
-    tree_->nodes_[node.node()].kind = NodeKind::bracket;
-    tree_->nodes_.back().kind = NodeKind::name;
+    nodes_.set_kind(node.node(), NodeKind::bracket);
+    nodes_.set_kind(nodes - 1, NodeKind::name);
     if (!enter()) return;
     const std::uint32_t opener = token_.begin;
     open_bracket();

@@ -31,6 +31,7 @@ constexpr std::string_view kDeclarations[] = {"use",       "pose",      "express
 
 Parser::Parser(std::shared_ptr<const Source> source, Diagnostics& diagnostics)
     : tree_(std::make_shared<Tree>()),
+      nodes_(tree_->nodes_),
       diagnostics_(diagnostics),
       text_(source->text()),
       lexer_(text_, tree_->comments_) {
@@ -38,19 +39,18 @@ Parser::Parser(std::shared_ptr<const Source> source, Diagnostics& diagnostics)
 }
 
 std::shared_ptr<const Tree> Parser::run() {
-  std::vector<Node>& nodes = tree_->nodes_;
   if (text_.size() > kMaxFileBytes) {
     soft_fail({0, 0}, FileTooLarge{text_.size(), kMaxFileBytes});
-    nodes.push_back({0, 0, 1, NodeKind::file, kFlagError, 0});
+    nodes_.leaf(NodeKind::file, 0, 0, kFlagError);
     return tree_;
   }
-  // Six bytes of nodes to one of text is more than pose and expression lists take, so that the nodes are not moved
+  // Three bytes of nodes to one of text is more than pose and expression lists take, so that the nodes are not moved
   // while they grow; pages never written are never there. Past this many bytes of text address space counts too.
-  constexpr std::size_t kMostReserved = std::size_t{32} * 1024 * 1024;
-  nodes.reserve(std::min(text_.size(), kMostReserved) * 3 / 8 + 16);
+  constexpr std::size_t kMostReserved = std::size_t{64} * 1024 * 1024;
+  nodes_.reserve(std::min(text_.size(), kMostReserved) * 3 / 8 + 16);
   file();
   finish_wraps();
-  if (nodes.size() < nodes.capacity() / 2) nodes.shrink_to_fit();
+  nodes_.shrink_if_sparse();
   return tree_;
 }
 
@@ -103,23 +103,15 @@ std::string Parser::seen() const {
   return fmt::format("`{}...`", text.substr(0, cut));
 }
 
-std::uint32_t Parser::open(NodeKind kind) {
-  tree_->nodes_.push_back({token_.begin, token_.begin, 0, kind, 0, 0});
-  return static_cast<std::uint32_t>(tree_->nodes_.size() - 1);
-}
+std::uint32_t Parser::open(NodeKind kind) { return nodes_.open(kind, token_.begin); }
 
 void Parser::close(std::uint32_t node) {
-  Node& n = tree_->nodes_[node];
-  if (previous_end_ < n.begin)  // empty: stands where the last token ended
-    n.begin = n.end = previous_end_;
-  else
-    n.end = previous_end_;
-  n.next = static_cast<std::uint32_t>(tree_->nodes_.size());
-  if (poison_) n.flags = static_cast<std::uint8_t>(n.flags | kFlagError);
+  nodes_.close(node, previous_end_);  // an empty one stands where the last token ended
+  if (poison_) nodes_.add_flags(node, kFlagError);
 }
 
-void Parser::leaf_of(NodeKind kind, std::uint32_t begin, std::uint32_t end) {
-  tree_->nodes_.push_back({begin, end, static_cast<std::uint32_t>(tree_->nodes_.size() + 1), kind, 0, 0});
+void Parser::leaf_of(NodeKind kind, std::uint32_t begin, std::uint32_t end, std::uint8_t flags) {
+  nodes_.leaf(kind, begin, end, flags);
 }
 
 void Parser::leaf(NodeKind kind) {
@@ -127,24 +119,17 @@ void Parser::leaf(NodeKind kind) {
   advance();
 }
 
-std::uint32_t Parser::wrap_last(NodeKind kind) {
-  std::vector<Node>& nodes = tree_->nodes_;
-  Node inner = nodes.back();
-  const auto node = static_cast<std::uint32_t>(nodes.size() - 1);
-  nodes.back() = {inner.begin, inner.end, node + 2, kind, 0, 0};
-  inner.next = node + 2;
-  nodes.push_back(inner);
-  return node;
-}
+std::uint32_t Parser::wrap_last(NodeKind kind) { return nodes_.wrap_last(kind); }
 
 Parser::Mark Parser::mark() const {
-  return {token_, lexer_.place(), tree_->nodes_.size(), tree_->comments_.size(), previous_end_, previous_};
+  return {token_, lexer_.place(), nodes_.size(), tree_->comments_.size(), previous_end_, previous_};
 }
 
 void Parser::go_back(const Mark& mark) {
   token_ = mark.token;
   lexer_.set_place(mark.place);
-  tree_->nodes_.resize(mark.nodes);
+  nodes_.truncate(mark.nodes);
+  std::erase_if(wrapped_, [&](std::uint32_t node) { return node >= mark.nodes; });
   tree_->comments_.resize(mark.comments);
   previous_end_ = mark.previous_end;
   previous_ = mark.previous;
@@ -250,8 +235,7 @@ void Parser::recover(std::uint32_t statement_begin) {
     if (closes && depth == 0) break;
   }
   if (moved) {
-    leaf_of(NodeKind::error, begin, end);
-    tree_->nodes_.back().flags = kFlagError;
+    leaf_of(NodeKind::error, begin, end, kFlagError);
   }
 }
 
@@ -284,8 +268,7 @@ void Parser::skip_to_block() {
   }
   panic_ = false;
   if (end != begin) {
-    leaf_of(NodeKind::error, begin, end);
-    tree_->nodes_.back().flags = kFlagError;
+    leaf_of(NodeKind::error, begin, end, kFlagError);
   }
 }
 
@@ -307,27 +290,41 @@ void Parser::statement_end(Tok last) {
 
 // Groups found to be factors only after they were read get their parent here, all in one pass from the back.
 void Parser::finish_wraps() {
-  if (!wraps_) return;
-  std::vector<Node>& nodes = tree_->nodes_;
-  std::vector<std::uint32_t> wrapped;
-  for (std::uint32_t i = 0; i < nodes.size(); ++i)
-    if (nodes[i].zero != 0) wrapped.push_back(i);
-  const std::size_t old_size = nodes.size();
-  nodes.resize(old_size + wrapped.size());
-  const auto moved = [&](std::uint32_t old) {
-    return old + static_cast<std::uint32_t>(std::lower_bound(wrapped.begin(), wrapped.end(), old) - wrapped.begin());
+  if (wrapped_.empty()) return;
+  std::sort(wrapped_.begin(), wrapped_.end());
+  const NodeList old = std::exchange(nodes_, NodeList());
+  nodes_.reserve(old.size() + wrapped_.size());
+  struct Waiting {
+    std::uint32_t node;
+    std::uint32_t end;
+    std::uint32_t next;  // in the old list: it closes before that
   };
-  std::size_t to = nodes.size();
-  for (std::size_t i = old_size; i-- > 0;) {
-    Node n = nodes[i];
-    const bool wrap = n.zero != 0;
-    n.zero = 0;
-    n.next = moved(n.next);
-    nodes[--to] = n;
-    if (wrap)
-      nodes[--to] = {
-          n.begin, n.end, n.next, NodeKind::factor, static_cast<std::uint8_t>(kFlagStar | (n.flags & kFlagError)), 0};
+  std::vector<Waiting> waiting;
+  const auto close_before = [&](std::uint32_t next) {
+    for (; !waiting.empty() && waiting.back().next <= next; waiting.pop_back())
+      nodes_.close(waiting.back().node, waiting.back().end);
+  };
+  const auto open_as = [&](NodeKind kind, std::uint8_t flags, const Node& n) {
+    const std::uint32_t node = nodes_.open(kind, n.begin);
+    nodes_.add_flags(node, flags);
+    waiting.push_back({node, n.end, n.next});
+  };
+  auto wrap = wrapped_.begin();
+  auto declaration = tree_->declarations_.begin();
+  for (std::uint32_t i = 0; i < old.size(); ++i) {
+    close_before(i);
+    const Node n = old[i];
+    if (wrap != wrapped_.end() && *wrap == i) {
+      ++wrap;
+      open_as(NodeKind::factor, static_cast<std::uint8_t>(kFlagStar | (n.flags & kFlagError)), n);
+    }
+    if (declaration != tree_->declarations_.end() && declaration->node == i) {
+      declaration->node = nodes_.size();
+      ++declaration;
+    }
+    open_as(n.kind, n.flags, n);
   }
+  close_before(old.size());
 }
 
 std::shared_ptr<const Tree> parse(std::shared_ptr<const Source> source, Diagnostics& diagnostics) {

@@ -53,19 +53,17 @@ class Parser {
   std::uint32_t open(NodeKind kind);
   void close(std::uint32_t node);
   void leaf(NodeKind kind);  // the token becomes a node
-  void leaf_of(NodeKind kind, std::uint32_t begin, std::uint32_t end);
+  void leaf_of(NodeKind kind, std::uint32_t begin, std::uint32_t end, std::uint8_t flags = 0);
   /// Puts a parent of `kind` around the last node, a leaf.
   std::uint32_t wrap_last(NodeKind kind);
-  void flag(std::uint32_t node, std::uint8_t bits) {
-    tree_->nodes_[node].flags = static_cast<std::uint8_t>(tree_->nodes_[node].flags | bits);
-  }
+  void flag(std::uint32_t node, std::uint8_t bits) { nodes_.add_flags(node, bits); }
   /// Opens at construction, closes at destruction.
   class Open;
   /// Where the parser is; going back costs nothing but what was read since.
   struct Mark {
     Token token;
     std::uint32_t place;
-    std::size_t nodes;
+    std::uint32_t nodes;
     std::size_t comments;
     std::uint32_t previous_end;
     Tok previous;
@@ -172,6 +170,8 @@ class Parser {
 
   // ---- parse_movement.cpp
   bool sum();
+  bool plain_terms();
+  bool plain_step();
   bool term();
   bool call();  // the name is the last node, the token is `(`
   bool arguments(std::uint32_t opener_at);
@@ -207,6 +207,7 @@ class Parser {
   void finish_wraps();
 
   std::shared_ptr<Tree> tree_;
+  NodeList& nodes_;
   Diagnostics& diagnostics_;
   std::string_view text_;
   Lexer lexer_;
@@ -217,8 +218,8 @@ class Parser {
   int nesting_ = 0;   // open brackets and blocks of all kinds
   bool panic_ = false;
   bool poison_ = false;
-  bool star_only_ = false;  // values: a factor needs its `*`
-  bool wraps_ = false;
+  bool star_only_ = false;              // values: a factor needs its `*`
+  std::vector<std::uint32_t> wrapped_;  // groups that turned out to be factors
   std::uint32_t last_report_ = UINT32_MAX;
 
   /// Properties a block may say once, and where it did.

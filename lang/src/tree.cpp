@@ -26,4 +26,11 @@ std::string_view identifier(NodeKind kind) {
   return "";
 }
 
+bool has_errors(const Tree& tree) {
+  const NodeList& nodes = tree.nodes();
+  for (std::uint32_t i = 0; i < nodes.size(); ++i)
+    if (nodes.kind(i) == NodeKind::error || (nodes.flags(i) & kFlagError) != 0) return true;
+  return false;
+}
+
 }  // namespace nms::lang

@@ -33,4 +33,9 @@ struct CompileOptions {
                                                     lang::SourceProvider& provider, lang::Diagnostics& diagnostics,
                                                     const CompileOptions& options = {});
 
+/// Reports exactly what `compile` would report, and makes no program: what cannot be wrong is not drawn.
+/// Parameters are those of `compile`.
+void check(const std::vector<std::shared_ptr<const lang::Source>>& roots, lang::SourceProvider& provider,
+           lang::Diagnostics& diagnostics, const CompileOptions& options = {});
+
 }  // namespace nms::compiler

@@ -22,7 +22,7 @@ struct Position {
   std::uint32_t column = 1;
 };
 
-/// Largest file that is read: offsets are 32-bit, and a tree node keeps lengths in 24 bits' worth of lines.
+/// Largest file that is read: a tree node keeps its beginning in 28 bits.
 inline constexpr std::size_t kMaxFileBytes = std::size_t{256} * 1024 * 1024;
 
 /// One source file: its path as diagnostics print it, its text, its lines. Immutable.
