@@ -100,6 +100,33 @@ TEST(Determinism, examples_and_lexicons_compile_to_the_same_bytes_twice_and_from
   }
 }
 
+TEST(Determinism, trees_kept_from_one_compilation_to_the_next_change_no_byte_and_no_word) {
+  Library library;
+  compiler::TreeCache trees;
+  std::vector<fs::path> all = sources(kRoot / "examples");
+  std::erase_if(all, [](const fs::path& p) { return p.parent_path() != kRoot / "examples"; });
+  // A source with errors, and one that warns: what is said is the same too.
+  std::vector<std::pair<std::string, std::string>> texts{
+      {"wrong.nms", "use \"emotions\"\nutterance u in asl { signs { wh[ A ] neg[ B } }\npose p = nothing\n"},
+      {"warns.nms", "pose p = 60% AU12 + 60% AU12\nutterance u in asl { signs { wh[ A ] } }\n"}};
+  for (const fs::path& path : all) texts.emplace_back(path.filename().string(), read(path));
+  for (int round = 0; round < 2; ++round)
+    for (const auto& [name, text] : texts) {
+      SCOPED_TRACE(name);
+      const auto source = std::make_shared<const lang::Source>(name, text);
+      lang::Diagnostics plain_says, kept_says;
+      compiler::CompileOptions with_trees;
+      with_trees.trees = &trees;
+      const auto plain = compiler::compile({source}, library, plain_says);
+      const auto kept = compiler::compile({source}, library, kept_says, with_trees);
+      EXPECT_EQ(lang::render_text(plain_says, false), lang::render_text(kept_says, false));
+      ASSERT_EQ(plain.has_value(), kept.has_value());
+      if (plain) {
+        EXPECT_EQ(program::encode(*plain), program::encode(*kept));
+      }
+    }
+}
+
 TEST(Determinism, every_build_makes_the_same_programs) {
   const fs::path table = kRoot / "tests/golden/program_hashes.txt";
   std::string got =

@@ -316,8 +316,8 @@ std::optional<program::Draft> compile_all(const std::vector<std::shared_ptr<cons
                                           const CompileOptions& options, Product product, TestRequest* request,
                                           ExplainRequest* explained = nullptr) {
   OutsideTimes outside(options.times, diagnostics);
-  std::vector<LoadedFile> files = load_sources(roots, provider, diagnostics);
-  const Declarations declarations = Declarations::collect(files, provider, diagnostics);
+  std::vector<LoadedFile> files = load_sources(roots, provider, diagnostics, options.trees);
+  const Declarations declarations = Declarations::collect(files, provider, diagnostics, options.trees);
   const Channels channels = build_channels(files, declarations, diagnostics);
   Evaluator evaluator(files, declarations, channels, outside, diagnostics, product);
   Discourses discourses(evaluator);

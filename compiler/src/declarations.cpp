@@ -96,13 +96,13 @@ bool declares_lexicon(const std::vector<LoadedFile>& files, std::string_view nam
 }  // namespace
 
 Declarations Declarations::collect(std::vector<LoadedFile>& files, lang::SourceProvider& provider,
-                                   lang::Diagnostics& diagnostics) {
+                                   lang::Diagnostics& diagnostics, TreeCache* trees) {
   for (std::uint32_t i = 0; i < files.size(); ++i) {  // `files` grows
     std::vector<std::string> names;
     named_lexicons(*files[i].tree, names);
     for (const std::string& name : names)
       if (!declares_lexicon(files, name))
-        load_named(files, i, fmt::format("lexicons/{}.nms", name), provider, diagnostics);
+        load_named(files, i, fmt::format("lexicons/{}.nms", name), provider, diagnostics, trees);
   }
 
   Declarations all;

@@ -48,7 +48,7 @@ class Declarations {
   /// Collects all declarations and reports names declared twice. Lexicons that are named by `in` and `extends` and not
   /// in use are loaded from the stdlib: files may grow.
   static Declarations collect(std::vector<LoadedFile>& files, lang::SourceProvider& provider,
-                              lang::Diagnostics& diagnostics);
+                              lang::Diagnostics& diagnostics, TreeCache* trees = nullptr);
 
   std::vector<Declaration> movements;  ///< pose, expression, motion
   std::vector<Declaration> clips;      ///< timeline, utterance, discourse

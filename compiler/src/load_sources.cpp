@@ -29,20 +29,31 @@ std::uint32_t find_loaded(const std::vector<LoadedFile>& files, const lang::Sour
   return kUnreachable;
 }
 
-std::uint32_t load(std::vector<LoadedFile>& files, std::shared_ptr<const lang::Source> source, bool root,
-                   lang::SourceProvider& provider, lang::Diagnostics& diagnostics) {
-  const std::uint32_t known = find_loaded(files, *source);
-  if (known != kUnreachable) return known;
-  const auto index = static_cast<std::uint32_t>(files.size());
-  files.emplace_back();
-  files[index].tree = lang::parse(std::move(source), diagnostics);
-  files[index].root = root;
-  const std::shared_ptr<const lang::Tree> tree = files[index].tree;
+/// A file's tree: one that was kept, or parsed anew, and then kept if nothing is wrong with it.
+std::shared_ptr<const lang::Tree> tree_of(std::shared_ptr<const lang::Source> source, TreeCache* trees,
+                                          lang::Diagnostics& diagnostics) {
+  if (trees != nullptr)
+    if (auto kept = trees->find(source)) return kept;
+  const std::size_t said = diagnostics.all().size();
+  std::shared_ptr<const lang::Tree> tree = lang::parse(std::move(source), diagnostics);
   const std::string_view text = tree->source().text();
   if (const std::size_t bad = first_not_utf8(text); bad != text.size()) {
     const auto begin = static_cast<std::uint32_t>(bad);
     diagnostics.report(tree->source_pointer(), {begin, begin + 1}, NotUtf8{static_cast<unsigned char>(text[bad])});
   }
+  if (trees != nullptr && diagnostics.all().size() == said) trees->keep(tree);
+  return tree;
+}
+
+std::uint32_t load(std::vector<LoadedFile>& files, std::shared_ptr<const lang::Source> source, bool root,
+                   lang::SourceProvider& provider, lang::Diagnostics& diagnostics, TreeCache* trees) {
+  const std::uint32_t known = find_loaded(files, *source);
+  if (known != kUnreachable) return known;
+  const auto index = static_cast<std::uint32_t>(files.size());
+  files.emplace_back();
+  files[index].tree = tree_of(std::move(source), root ? nullptr : trees, diagnostics);
+  files[index].root = root;
+  const std::shared_ptr<const lang::Tree> tree = files[index].tree;
   for (const lang::DeclarationRef& declaration : tree->declarations()) {
     if (declaration.kind != NodeKind::use) continue;
     const NodeRef name = tree->at(declaration).child(NodeKind::string);
@@ -58,7 +69,7 @@ std::uint32_t load(std::vector<LoadedFile>& files, std::shared_ptr<const lang::S
                          TooLarge{"the number of files in use", fmt::format("{}", kMaxFiles)});
       break;
     }
-    const std::uint32_t other = load(files, std::move(used), false, provider, diagnostics);
+    const std::uint32_t other = load(files, std::move(used), false, provider, diagnostics, trees);
     files[index].uses.push_back(other);
     files[index].use_at.push_back(name);
   }
@@ -129,31 +140,32 @@ void measure_distances(std::vector<LoadedFile>& files) {
   }
 }
 
-void add_prelude(std::vector<LoadedFile>& files, lang::SourceProvider& provider, lang::Diagnostics& diagnostics) {
+void add_prelude(std::vector<LoadedFile>& files, lang::SourceProvider& provider, lang::Diagnostics& diagnostics,
+                 TreeCache* trees) {
   std::shared_ptr<const lang::Source> source = provider.find(kPrelude, "");
-  if (source) files[load(files, std::move(source), false, provider, diagnostics)].prelude = true;
+  if (source) files[load(files, std::move(source), false, provider, diagnostics, trees)].prelude = true;
 }
 
 }  // namespace
 
 std::vector<LoadedFile> load_sources(const std::vector<std::shared_ptr<const lang::Source>>& roots,
-                                     lang::SourceProvider& provider, lang::Diagnostics& diagnostics) {
+                                     lang::SourceProvider& provider, lang::Diagnostics& diagnostics, TreeCache* trees) {
   std::vector<LoadedFile> files;
   for (const auto& root : roots) {
-    const std::uint32_t index = load(files, root, true, provider, diagnostics);
+    const std::uint32_t index = load(files, root, true, provider, diagnostics, trees);
     files[index].root = true;
   }
   report_cycles(files, diagnostics);
-  add_prelude(files, provider, diagnostics);
+  add_prelude(files, provider, diagnostics, trees);
   measure_distances(files);
   return files;
 }
 
 bool load_named(std::vector<LoadedFile>& files, std::uint32_t from, const std::string& name,
-                lang::SourceProvider& provider, lang::Diagnostics& diagnostics) {
+                lang::SourceProvider& provider, lang::Diagnostics& diagnostics, TreeCache* trees) {
   std::shared_ptr<const lang::Source> source = provider.find(name, "");
   if (!source) return false;
-  const std::uint32_t index = load(files, std::move(source), false, provider, diagnostics);
+  const std::uint32_t index = load(files, std::move(source), false, provider, diagnostics, trees);
   auto& uses = files[from].uses;
   if (std::find(uses.begin(), uses.end(), index) == uses.end()) {
     uses.push_back(index);

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include <nms/compiler/tree_cache.h>
 #include <nms/lang/diagnostic.h>
 #include <nms/lang/source.h>
 #include <nms/lang/tree.h>
@@ -27,10 +28,11 @@ inline constexpr std::uint32_t kUnreachable = 0xFFFFFFFFU;
 /// All files that the roots use, each once, roots first. Only what is used is read.
 /// A root whose text is the same as a used file's is that file.
 [[nodiscard]] std::vector<LoadedFile> load_sources(const std::vector<std::shared_ptr<const lang::Source>>& roots,
-                                                   lang::SourceProvider& provider, lang::Diagnostics& diagnostics);
+                                                   lang::SourceProvider& provider, lang::Diagnostics& diagnostics,
+                                                   TreeCache* trees = nullptr);
 
 /// Adds one file (and what it uses) that a construct names without `use`: `in asl`. False: there is none.
 bool load_named(std::vector<LoadedFile>& files, std::uint32_t from, const std::string& name,
-                lang::SourceProvider& provider, lang::Diagnostics& diagnostics);
+                lang::SourceProvider& provider, lang::Diagnostics& diagnostics, TreeCache* trees = nullptr);
 
 }  // namespace nms::compiler

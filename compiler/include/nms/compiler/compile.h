@@ -10,6 +10,7 @@
 #include <nms/program/program.h>
 
 #include <nms/compiler/time_table.h>
+#include <nms/compiler/tree_cache.h>
 
 namespace nms::compiler {
 
@@ -21,6 +22,8 @@ struct CompileOptions {
   std::string lexicon = {};
   /// Times from outside, for marks and for signs.
   std::vector<TimeTable> times = {};
+  /// Where trees of library files are kept from one compilation to the next; may be null.
+  TreeCache* trees = nullptr;
 };
 
 /// Compiles sources to one AU curve program with its rig description.
