@@ -88,7 +88,7 @@ int main(int argc, char** argv) try {
       ->take_all()
       ->expected(1);
   app.add_option("--stdlib", global.stdlib, "Folder to use as the standard library, instead of the one inside nmsc")
-      ->check(CLI::ExistingDirectory)
+      ->check(CLI::Validator(CLI::ExistingDirectory).description(""))
       ->type_name("DIR");
   app.add_option("--marks", global.marks,
                  "Table of times of marks and signs, .csv or .json; may be given several times")
@@ -165,7 +165,7 @@ int main(int argc, char** argv) try {
   diff_command->add_option("OLD", diff_options.before, "A source, a folder of sources, or a compiled .auc")->required();
   diff_command->add_option("NEW", diff_options.after, "The same, later")->required();
   diff_command->add_option("--old-stdlib", diff_options.old_stdlib, "The standard library that OLD was written for")
-      ->check(CLI::ExistingDirectory)
+      ->check(CLI::Validator(CLI::ExistingDirectory).description(""))
       ->type_name("DIR");
   add_format(diff_command, diff_options.json);
   diff_command->footer(
