@@ -42,7 +42,8 @@ void require_sound(const Tree& tree) {
   }
 }
 
-// Kinds, flags and the leaves' words; blanks inside a leaf do not count.
+// Kinds, flags and the leaves' words; blanks inside a leaf do not count, nor whether an anchor's sign touches its word:
+// `end of$WHERE` is `end of $WHERE`.
 std::string shape(const Tree& tree) {
   std::string out;
   for (const char c : dump(tree))
@@ -50,6 +51,13 @@ std::string shape(const Tree& tree) {
   std::string squeezed;
   for (const char c : out)
     if (c != ' ' || squeezed.empty() || squeezed.back() != ' ') squeezed += c;
+  const std::string anchor = " anchor '";
+  for (std::size_t at = squeezed.find(anchor); at != std::string::npos; at = squeezed.find(anchor, at + 1))
+    for (std::size_t i = at + anchor.size(); i < squeezed.size() && squeezed[i] != '\n';)
+      if (squeezed[i] == ' ')
+        squeezed.erase(i, 1);
+      else
+        ++i;
   return squeezed;
 }
 
