@@ -1,4 +1,3 @@
-#include <map>
 #include <memory>
 #include <random>
 #include <string>
@@ -10,31 +9,13 @@
 #include <nms/program/program.h>
 #include <nms/runtime/face_x3d.h>
 #include <nms/runtime/rig.h>
-#include <nms/stdlib/embedded.h>
+
+#include "../tests/embedded_library.h"
 
 /// What a frame of the face ada costs: values -> contractions -> points -> surface -> normals. 14,841 vertices.
 namespace {
 
 using namespace nms;
-
-class Library : public lang::SourceProvider {
- public:
-  std::shared_ptr<const lang::Source> find(std::string_view name, std::string_view from) override {
-    const std::string beside = std::string(from.substr(0, from.rfind('/') + 1)) + std::string(name);
-    for (const std::string& path : {beside, std::string(name)}) {
-      for (const auto& file : stdlib::embedded_files()) {
-        if (file.path != path) continue;
-        auto& known = known_[path];
-        if (known == nullptr) known = std::make_shared<const lang::Source>(path, std::string(file.text));
-        return known;
-      }
-    }
-    return nullptr;
-  }
-
- private:
-  std::map<std::string, std::shared_ptr<const lang::Source>> known_;
-};
 
 struct Scene {
   runtime::Face face;
@@ -51,7 +32,7 @@ runtime::Face read_face() {
 
 const Scene& scene() {
   static const Scene made = [] {
-    Library library;
+    EmbeddedLibrary library;
     lang::Diagnostics diagnostics;
     compiler::CompileOptions options;
     options.face = "ada";

@@ -95,11 +95,8 @@ void run(const GlobalOptions& global, const BuildOptions& options, SourceFiles& 
 
   const auto face = load_face(program, options.face, sources, diagnostics);
   if (!face) return;
-  const auto rig = runtime::bind(*face, program);
-  if (!rig) {
-    add_failure(diagnostics, rig.error());
-    return;
-  }
+  const auto rig = bind_face(*face, program, diagnostics);
+  if (!rig) return;
   warn_not_actuated(program, *rig, clips, options.face, diagnostics);
   runtime::GltfOptions wanted{options.clips, options.all_targets, options.dense};
   if (!options.max_error.empty()) {

@@ -64,10 +64,11 @@ std::optional<Loaded> load_lexicon(const GlobalOptions& global, const BuildOptio
                                    lang::Diagnostics& diagnostics) {
   const auto root = lexicon_source(options.lexicon, sources, diagnostics);
   if (root == nullptr) return std::nullopt;
+  compiler::TreeCache trees;
   lang::Diagnostics again;  // whatever it finds is found by the compilation too
-  for (compiler::LexiconRecord& record : compiler::index_lexicons({root}, sources, again)) {
+  for (compiler::LexiconRecord& record : compiler::index_lexicons({root}, sources, again, &trees)) {
     if (!record.root) continue;
-    auto image = load_lexicon_program(global, root->path(), record.name, options.face, sources, diagnostics);
+    auto image = load_lexicon_program(global, root->path(), record.name, options.face, sources, diagnostics, trees);
     if (!image) return std::nullopt;
     return Loaded{std::move(record), std::move(*image)};
   }
@@ -104,7 +105,7 @@ std::vector<Asset> assets_of(const Loaded& loaded, bool one_file, const std::str
   std::vector<Asset> assets;
   const program::Program& program = loaded.image.program();
   for (const compiler::EntryRecord& e : loaded.lexicon.entries)
-    if (const program::Clip* clip = program.find_clip(e.clip))
+    if (const program::Clip* clip = program.find_clip(e.name))
       assets.push_back({&e, clip, one_file ? std::filesystem::path(output).filename().string() : e.name + ".glb", 0});
   return assets;
 }
@@ -245,11 +246,8 @@ void run(const GlobalOptions& global, const BuildOptions& options, SourceFiles& 
   if (!jobs.empty()) {
     const auto face = read_face(*surface, diagnostics);
     if (!face) return;
-    const auto rig = runtime::bind(*face, program);
-    if (!rig) {
-      add_failure(diagnostics, rig.error());
-      return;
-    }
+    const auto rig = bind_face(*face, program, diagnostics);
+    if (!rig) return;
     std::vector<const program::Clip*> clips;
     for (const Asset& a : assets) clips.push_back(a.clip);
     warn_not_actuated(program, *rig, clips, options.face, diagnostics);

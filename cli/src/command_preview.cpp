@@ -183,11 +183,8 @@ void run(const GlobalOptions& global, const PreviewOptions& options, SourceFiles
     return;
   const auto face = load_face(program, options.face, sources, diagnostics);
   if (!face) return;
-  const auto rig = runtime::bind(*face, program);
-  if (!rig) {
-    add_failure(diagnostics, rig.error());
-    return;
-  }
+  const auto rig = bind_face(*face, program, diagnostics);
+  if (!rig) return;
   if (clip != nullptr) warn_not_actuated(program, *rig, {clip}, options.face, diagnostics);
   const std::vector<Moment> moments = clip != nullptr ? moments_of(program, *clip, *times) : every_unit(program, *rig);
   if (moments.size() * views->size() > kMaxTiles) {

@@ -96,11 +96,8 @@ int sample(const GlobalOptions& global, const SampleOptions& options) {
   if (!options.face.empty()) {
     const auto face = load_face(program, options.face, sources, diagnostics);
     if (!face) return finish(global, diagnostics);
-    const auto rig = runtime::bind(*face, program);
-    if (!rig)
-      add_failure(diagnostics, rig.error());
-    else
-      warn_not_actuated(program, *rig, {clip}, options.face, diagnostics);
+    const auto rig = bind_face(*face, program, diagnostics);
+    if (rig) warn_not_actuated(program, *rig, {clip}, options.face, diagnostics);
   }
   print_csv(program, *clip, *times);
   return finish(global, diagnostics);

@@ -88,6 +88,17 @@ std::optional<std::vector<compiler::TimeTable>> load_time_tables(const GlobalOpt
 
 namespace {
 
+/// What a compilation for a face is told: which face, and the tables of times.
+std::optional<compiler::CompileOptions> compile_options(const GlobalOptions& global, const std::string& face,
+                                                        SourceFiles& sources, lang::Diagnostics& diagnostics) {
+  auto tables = load_time_tables(global, sources, diagnostics);
+  if (!tables) return std::nullopt;
+  compiler::CompileOptions options;
+  options.times = std::move(*tables);
+  if (!face.ends_with(".nms")) options.face = face;  // a file that declares one is a root
+  return options;
+}
+
 /// The sources named, and the face's behind them; nothing if one of them is not there.
 std::optional<std::vector<std::shared_ptr<const lang::Source>>> roots_with_face(const std::vector<std::string>& files,
                                                                                 const std::string& face,
@@ -151,11 +162,8 @@ void check_files(const GlobalOptions& global, const std::vector<std::string>& fi
   }
   const auto roots = load_roots(files, sources, diagnostics);
   if (diagnostics.error_count() != 0) return;
-  auto tables = load_time_tables(global, sources, diagnostics);
-  if (!tables) return;
-  compiler::CompileOptions options;
-  options.times = std::move(*tables);
-  compiler::check(roots, sources, diagnostics, options);
+  if (const auto options = compile_options(global, "", sources, diagnostics))
+    compiler::check(roots, sources, diagnostics, *options);
 }
 
 std::optional<LoadedProgram> load_program(const GlobalOptions& global, const std::vector<std::string>& files,
@@ -166,13 +174,10 @@ std::optional<LoadedProgram> load_program(const GlobalOptions& global, const std
   if (!roots) return std::nullopt;
   if (reuse == Reuse::program_beside)
     if (auto program = map_beside(global, files, face, *roots, sources, diagnostics)) return program;
-  auto tables = load_time_tables(global, sources, diagnostics);
-  if (!tables) return std::nullopt;
-  compiler::CompileOptions options;
-  options.times = std::move(*tables);
-  if (!face.empty() && !face.ends_with(".nms")) options.face = face;
+  const auto options = compile_options(global, face, sources, diagnostics);
+  if (!options) return std::nullopt;
   InputRecorder recorder(sources);
-  auto draft = compiler::compile(*roots, recorder, diagnostics, options);
+  auto draft = compiler::compile(*roots, recorder, diagnostics, *options);
   if (!draft) return std::nullopt;
   // Whoever reads the program later gets what compiling would give, and that is no diagnostics; and the text alone has
   // no times from outside.
@@ -184,15 +189,14 @@ std::optional<LoadedProgram> load_program(const GlobalOptions& global, const std
 
 std::optional<program::Image> load_lexicon_program(const GlobalOptions& global, const std::string& file,
                                                    const std::string& lexicon, const std::string& face,
-                                                   SourceFiles& sources, lang::Diagnostics& diagnostics) {
+                                                   SourceFiles& sources, lang::Diagnostics& diagnostics,
+                                                   compiler::TreeCache& trees) {
   const auto roots = roots_with_face({file}, face, sources, diagnostics);
-  auto tables = load_time_tables(global, sources, diagnostics);
-  if (!roots || !tables) return std::nullopt;
-  compiler::CompileOptions options;
-  options.times = std::move(*tables);
-  options.lexicon = lexicon;
-  if (!face.ends_with(".nms")) options.face = face;
-  const auto draft = compiler::compile(*roots, sources, diagnostics, options);
+  auto options = compile_options(global, face, sources, diagnostics);
+  if (!roots || !options) return std::nullopt;
+  options->lexicon = lexicon;
+  options->trees = &trees;
+  const auto draft = compiler::compile(*roots, sources, diagnostics, *options);
   return draft ? checked_image(*draft, diagnostics) : std::nullopt;
 }
 
@@ -220,6 +224,14 @@ std::optional<runtime::Face> read_face(const lang::Source& surface, lang::Diagno
   auto read = runtime::read_face_x3d(surface.text(), surface.path());
   if (read) return std::move(*read);
   add_failure(diagnostics, read.error());
+  return std::nullopt;
+}
+
+std::optional<runtime::Rig> bind_face(const runtime::Face& face, const program::Program& program,
+                                      lang::Diagnostics& diagnostics) {
+  auto rig = runtime::bind(face, program);
+  if (rig) return std::move(*rig);
+  add_failure(diagnostics, rig.error());
   return std::nullopt;
 }
 

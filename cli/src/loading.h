@@ -5,9 +5,11 @@
 #include <vector>
 
 #include <nms/compiler/time_table.h>
+#include <nms/compiler/tree_cache.h>
 #include <nms/lang/diagnostic.h>
 #include <nms/program/program.h>
 #include <nms/runtime/face.h>
+#include <nms/runtime/rig.h>
 
 #include "commands.h"
 #include "loaded_program.h"
@@ -49,10 +51,12 @@ void check_files(const GlobalOptions& global, const std::vector<std::string>& fi
                  lang::Diagnostics& diagnostics);
 
 /// A program of one lexicon's entries, inherited ones included, with a face's rig description.
-/// @param file  that declares it
+/// @param file   that declares it
+/// @param trees  of files that were parsed already
 [[nodiscard]] std::optional<program::Image> load_lexicon_program(const GlobalOptions& global, const std::string& file,
                                                                  const std::string& lexicon, const std::string& face,
-                                                                 SourceFiles& sources, lang::Diagnostics& diagnostics);
+                                                                 SourceFiles& sources, lang::Diagnostics& diagnostics,
+                                                                 compiler::TreeCache& trees);
 
 /// The file that holds the surface of a program's face.
 [[nodiscard]] std::shared_ptr<const lang::Source> face_surface(const program::Program& program, const std::string& face,
@@ -60,7 +64,11 @@ void check_files(const GlobalOptions& global, const std::vector<std::string>& fi
 
 [[nodiscard]] std::optional<runtime::Face> read_face(const lang::Source& surface, lang::Diagnostics& diagnostics);
 
-/// Both: the face that a program's rig description names: its geometry.
+/// The face bound to the program's rig description.
+[[nodiscard]] std::optional<runtime::Rig> bind_face(const runtime::Face& face, const program::Program& program,
+                                                    lang::Diagnostics& diagnostics);
+
+/// Surface and geometry: the face that a program's rig description names: its geometry.
 [[nodiscard]] std::optional<runtime::Face> load_face(const program::Program& program, const std::string& face,
                                                      SourceFiles& sources, lang::Diagnostics& diagnostics);
 

@@ -1,10 +1,11 @@
 #include "manifest.h"
 
-#include <array>
 #include <charconv>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+
+#include <nms/program/enum_names.h>
 
 #include "tiers.h"
 
@@ -19,17 +20,12 @@ constexpr int kVersion = 1;
 /// Seconds that read back as the same nanoseconds.
 double seconds(std::int64_t ns) { return static_cast<double>(ns) / 1e9; }
 
-/// In the order of program::MarkerKind.
-constexpr std::array<const char*, 10> kMarkerKinds{"mark", "sign_start", "stroke_end", "sign_end",  "onset",
-                                                   "apex", "offset",     "release",    "use_start", "use_end"};
-static_assert(static_cast<std::size_t>(program::MarkerKind::use_end) + 1 == kMarkerKinds.size());
-
 Json markers_of(const program::Program& program, const program::Clip& clip) {
   Json out = Json::array();
   for (std::uint32_t i = 0; i < clip.marker_count; ++i) {
     const program::Marker& m = program.markers[clip.first_marker + i];
     out.push_back({{"time_s", seconds(m.time_ns)},
-                   {"kind", kMarkerKinds.at(static_cast<std::size_t>(m.kind))},
+                   {"kind", program::enum_name(m.kind)},
                    {"name", printable(program.string(m.name))}});
   }
   return out;
@@ -69,7 +65,7 @@ std::string write_manifest(const compiler::LexiconRecord& lexicon, const std::st
   for (const Asset& a : assets) {
     const compiler::EntryRecord& e = *a.entry;
     entries.push_back({{"name", e.name},
-                       {"id", e.id},
+                       {"ids", texts(e.ids)},
                        {"function", e.function},
                        {"labels", texts(e.labels)},
                        {"aliases", texts(e.aliases)},

@@ -26,17 +26,16 @@ std::vector<std::string> values_of(NodeRef property) {
 EntryRecord record_of(const Declaration& e, const Declarations& all) {
   EntryRecord out;
   out.name = e.name;
-  out.clip = e.name;
   if (const NodeRef function = e.node.child(NodeKind::function)) out.function = function.text();
   for (NodeRef p : e.node.children()) {
     if (!is_property(p)) continue;
     const std::string_view name = p.at(0).text();
     std::vector<std::string> values = values_of(p);
     if (values.empty()) continue;
-    if (name == "id") out.id = values.front();
     if (name == "meaning") out.meaning = values.front();
     if (name == "spreads") out.spreads = values.front();
     if (name == "evidence") out.evidence = values.front();
+    if (name == "id") out.ids.insert(out.ids.end(), values.begin(), values.end());
     if (name == "label") out.labels.insert(out.labels.end(), values.begin(), values.end());
     if (name == "alias") out.aliases.insert(out.aliases.end(), values.begin(), values.end());
     if (name == "source") out.sources.insert(out.sources.end(), values.begin(), values.end());
@@ -51,9 +50,10 @@ EntryRecord record_of(const Declaration& e, const Declarations& all) {
 }  // namespace
 
 std::vector<LexiconRecord> index_lexicons(const std::vector<std::shared_ptr<const lang::Source>>& roots,
-                                          lang::SourceProvider& provider, lang::Diagnostics& diagnostics) {
-  std::vector<LoadedFile> files = load_sources(roots, provider, diagnostics);
-  const Declarations all = Declarations::collect(files, provider, diagnostics);
+                                          lang::SourceProvider& provider, lang::Diagnostics& diagnostics,
+                                          TreeCache* trees) {
+  std::vector<LoadedFile> files = load_sources(roots, provider, diagnostics, trees);
+  const Declarations all = Declarations::collect(files, provider, diagnostics, trees);
   std::vector<LexiconRecord> out;
   for (std::uint32_t i = 0; i < all.lexicons.size(); ++i) {
     const LexiconDeclaration& l = all.lexicons[i];
@@ -62,7 +62,11 @@ std::vector<LexiconRecord> index_lexicons(const std::vector<std::shared_ptr<cons
     record.root = files[l.declaration.file].root;
     if (const NodeRef title = l.declaration.node.child(NodeKind::string)) record.title = unquoted(title);
     if (l.extends != kUnreachable) record.extends = all.lexicons[l.extends].declaration.name;
-    for (const Declaration* e : all.entries_of(i)) record.entries.push_back(record_of(*e, all));
+    // Own entries stand first, in order: those that are declared, then those that are included.
+    for (const Declaration* e : all.entries_of(i)) {
+      record.entries.push_back(record_of(*e, all));
+      record.entries.back().inherited = record.entries.size() > l.entries.size();
+    }
     out.push_back(std::move(record));
   }
   return out;

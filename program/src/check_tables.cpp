@@ -8,8 +8,9 @@
 
 #include <fmt/format.h>
 
+#include <nms/program/enum_names.h>
+
 #include <nms/program/utf8.h>
-#include "enum_names.h"
 
 namespace nms::program {
 namespace {
@@ -385,8 +386,8 @@ bool Checker::muscles() {
         !is_finite(muscle.amount)) {
       return refuse("muscles", i, "an offset, slide or amount is not a finite number");
     }
-    const bool turns = muscle.kind == MuscleKind::eyelid || muscle.kind == MuscleKind::hinge ||
-                       muscle.kind == MuscleKind::roll;
+    const bool turns =
+        muscle.kind == MuscleKind::eyelid || muscle.kind == MuscleKind::hinge || muscle.kind == MuscleKind::roll;
     if (!is_within(muscle.angle, turns ? -kPi : 0.0F, kPi)) {
       return refuse("muscles", i, fmt::format("its angle is {} rad", muscle.angle));
     }

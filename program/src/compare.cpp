@@ -8,15 +8,12 @@
 
 #include <fmt/format.h>
 
+#include <nms/program/enum_names.h>
+
 #include "curve_features.h"
 
 namespace nms::program {
 namespace {
-
-std::string_view kind_name(ClipKind kind) {
-  static constexpr std::string_view kNames[] = {"pose", "expression", "timeline", "entry", "utterance", "discourse"};
-  return kNames[static_cast<std::size_t>(kind)];
-}
 
 std::string_view channel_name(const Program& p, const Curve& curve) {
   return p.string(p.channels[static_cast<std::size_t>(curve.channel)].name);
@@ -127,8 +124,8 @@ class Comparison {
   void clip(const Clip& a, const Clip& b) {
     if (a.kind != b.kind) {
       Difference& d = add(Property::kind, b);
-      d.before_name = kind_name(a.kind);
-      d.after_name = kind_name(b.kind);
+      d.before_name = enum_name(a.kind);
+      d.after_name = enum_name(b.kind);
     }
     time(Property::start, b, a.start_ns, b.start_ns);
     time(Property::end, b, a.end_ns, b.end_ns);

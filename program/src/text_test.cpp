@@ -1,3 +1,4 @@
+#include <nms/program/enum_names.h>
 #include <nms/program/text.h>
 
 #include <cstring>
@@ -9,7 +10,6 @@
 #include <gtest/gtest.h>
 
 #include "container.h"
-#include "enum_names.h"
 #include "test_programs.h"
 
 namespace nms::program {

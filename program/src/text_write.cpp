@@ -5,9 +5,9 @@
 
 #include <fmt/format.h>
 
+#include <nms/program/enum_names.h>
 #include <nms/program/text.h>
 
-#include "enum_names.h"
 #include "text_fields.h"
 #include "text_words.h"
 

@@ -15,6 +15,7 @@
 #include <fmt/format.h>
 #include <tiny_gltf.h>
 
+#include <nms/program/enum_names.h>
 #include <nms/program/evaluate.h>
 #include <nms/runtime/trigonometry.h>
 
@@ -808,10 +809,8 @@ class Export {
       }
     }
     if (animation.channels.empty()) return;
-    static constexpr std::array<const char*, 6> kKinds{"pose",  "expression", "timeline",
-                                                       "entry", "utterance",  "discourse"};
     animation.extras = tinygltf::Value(tinygltf::Value::Object{
-        {"kind", tinygltf::Value(std::string(kKinds[static_cast<std::size_t>(clip.kind)]))},
+        {"kind", tinygltf::Value(std::string(program::enum_name(clip.kind)))},
         {"start_s", tinygltf::Value(static_cast<double>(clip.start_ns) / 1e9)},
     });
     model_.animations.push_back(std::move(animation));

@@ -8,23 +8,25 @@
 #include <nms/lang/diagnostic.h>
 #include <nms/lang/source.h>
 
+#include <nms/compiler/tree_cache.h>
+
 namespace nms::compiler {
 
 /// What an entry says of itself, as it is written: for manifests, tables and search.
 struct EntryRecord {
-  std::string name;
-  std::string clip;      ///< what the clip is called that `CompileOptions::lexicon` makes of it
+  std::string name;      ///< also of the clip that `CompileOptions::lexicon` makes of it
   std::string function;  ///< "syntactic"; empty: none is written
-  std::string id;
   std::string meaning;
   std::string spreads;
   std::string evidence;
+  std::vector<std::string> ids;  ///< rows of a table elsewhere that it stands for
   std::vector<std::string> labels;
   std::vector<std::string> aliases;
   std::vector<std::string> sources;
   std::string file;        ///< path of the source it stands in
   std::uint32_t line = 0;  ///< of its first character, from 1
-  std::string lexicon;     ///< the one that declares it: another than asked for if it is inherited
+  std::string lexicon;     ///< the one that declares it: another than asked for if it is included or inherited
+  bool inherited = false;  ///< through `extends`
 };
 
 /// A lexicon and all its entries, inherited ones included, its own first; entries that it replaces are left out.
@@ -38,7 +40,9 @@ struct LexiconRecord {
 
 /// The lexicons that the roots declare, use and extend, in the order they are read. Reports what does not parse and
 /// what is declared twice; meanings are not looked at.
+/// @param trees  as in CompileOptions: what is parsed here need not be parsed again there
 [[nodiscard]] std::vector<LexiconRecord> index_lexicons(const std::vector<std::shared_ptr<const lang::Source>>& roots,
-                                                        lang::SourceProvider& provider, lang::Diagnostics& diagnostics);
+                                                        lang::SourceProvider& provider, lang::Diagnostics& diagnostics,
+                                                        TreeCache* trees = nullptr);
 
 }  // namespace nms::compiler

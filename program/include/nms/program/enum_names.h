@@ -7,7 +7,8 @@
 
 #include <nms/program/records.h>
 
-/// The enumerators of records by name: the text form prints and reads them, the checker counts them.
+/// The enumerators of records by name, the one list of them: the text form prints and reads them, the checker counts
+/// them, whoever writes of a program elsewhere calls them so.
 namespace nms::program {
 
 template <typename Enum>
