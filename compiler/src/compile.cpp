@@ -20,6 +20,7 @@
 #include "load_sources.h"
 #include "lower_clip.h"
 #include "lower_discourse.h"
+#include "lower_utterance.h"
 #include "merge.h"
 #include "movement.h"
 #include "name_index.h"

@@ -6,7 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "lower_clip.h"
+#include "lower_utterance.h"
 #include "places.h"
 
 namespace nms::compiler {

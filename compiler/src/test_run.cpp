@@ -10,8 +10,8 @@
 
 #include "action_unit.h"
 #include "curve_course.h"
-#include "lower_clip.h"
 #include "lower_entry.h"
+#include "lower_utterance.h"
 #include "manual_tier.h"
 #include "merge.h"
 #include "placement.h"
