@@ -15,6 +15,7 @@
 #include "avatar_targets.h"
 #include "glb_chunks.h"
 #include "test_face.h"
+#include "test_glb.h"
 
 namespace nms::runtime {
 namespace {
@@ -89,24 +90,6 @@ class Avatar : public testing::Test {
     return animate_avatar(bytes, "avatar.glb", image_.program(), clips);
   }
 
-  static tinygltf::Model read(const std::vector<std::byte>& bytes) {
-    tinygltf::Model model;
-    tinygltf::TinyGLTF reader;
-    std::string error;
-    std::string warning;
-    EXPECT_TRUE(reader.LoadBinaryFromMemory(&model, &error, &warning,
-                                            reinterpret_cast<const unsigned char*>(bytes.data()),
-                                            static_cast<unsigned int>(bytes.size())));
-    EXPECT_EQ(error, "");
-    return model;
-  }
-
-  static const float* floats(const tinygltf::Model& model, int accessor) {
-    const auto& view =
-        model.bufferViews[static_cast<std::size_t>(model.accessors[static_cast<std::size_t>(accessor)].bufferView)];
-    return reinterpret_cast<const float*>(model.buffers[0].data.data() + view.byteOffset);
-  }
-
   /// The values of a channel of the first animation at a time, straight between its keys.
   static std::vector<float> sampled(const tinygltf::Model& model, int node, const std::string& path, float t) {
     for (const tinygltf::AnimationChannel& c : model.animations.at(0).channels) {
@@ -147,7 +130,7 @@ class Avatar : public testing::Test {
 TEST_F(Avatar, arkit_targets_follow_their_units_on_every_mesh) {
   const auto made = animate(arkit_avatar());
   ASSERT_TRUE(made.has_value());
-  const tinygltf::Model model = read(made->glb);
+  const tinygltf::Model model = read_model(made->glb);
   ASSERT_EQ(model.animations.size(), 1U);
   EXPECT_EQ(model.animations[0].name, "ask");
   for (const float t : {0.0F, 0.25F, 0.3F, 0.5F, 0.7F, 1.1F}) {
@@ -168,7 +151,7 @@ TEST_F(Avatar, arkit_targets_follow_their_units_on_every_mesh) {
 TEST_F(Avatar, the_head_turns_about_the_worlds_axis_on_top_of_its_rest) {
   const auto made = animate(arkit_avatar());
   ASSERT_TRUE(made.has_value());
-  const tinygltf::Model model = read(made->glb);
+  const tinygltf::Model model = read_model(made->glb);
   const auto q = sampled(model, 3, "rotation", 0.7F);  // 0.5 s: full turn
   ASSERT_EQ(q.size(), 4U);
   float full_scale = 0.0F;
@@ -188,7 +171,7 @@ TEST_F(Avatar, eyes_without_targets_turn_their_bones_and_a_matrix_becomes_member
   const auto made = animate(arkit_avatar());
   ASSERT_TRUE(made.has_value());
   EXPECT_EQ(made->bones, (std::vector<std::string>{"mixamorig:Head", "LeftEye", "RightEye"}));
-  const tinygltf::Model model = read(made->glb);
+  const tinygltf::Model model = read_model(made->glb);
   EXPECT_EQ(sampled(model, 5, "rotation", 0.7F).size(), 4U);
   EXPECT_TRUE(model.nodes[5].matrix.empty());
   EXPECT_EQ(model.nodes[5].translation, (std::vector<double>{2, 3, 4}));
@@ -216,7 +199,7 @@ TEST_F(Avatar, vrm_expressions_drive_what_they_are_bound_to) {
       R"("custom":{"MouthSmileLeft":{"morphTargetBinds":[{"node":0,"index":0,"weight":1}]},)"
       R"("jawOpen":{"morphTargetBinds":[{"node":0,"index":77,"weight":1},{"node":12,"index":0,"weight":1}]}}}}})"));
   ASSERT_TRUE(made.has_value());
-  const tinygltf::Model model = read(made->glb);
+  const tinygltf::Model model = read_model(made->glb);
   const auto weights = sampled(model, 0, "weights", 0.3F);
   ASSERT_EQ(weights.size(), 3U);
   EXPECT_NEAR(weights[0], 0.8F, 0.003F);
@@ -234,7 +217,7 @@ TEST_F(Avatar, our_own_file_takes_the_clip_that_it_was_made_with) {
   ASSERT_TRUE(still.has_value()) << still.error().cause;
   const auto made = animate(*still);
   ASSERT_TRUE(made.has_value());
-  const tinygltf::Model model = read(made->glb);
+  const tinygltf::Model model = read_model(made->glb);
   const auto names = model.meshes[0].extras.Get("targetNames");
   for (std::size_t i = 0; i < model.nodes.size(); ++i) {
     if (model.nodes[i].mesh != 0) continue;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <set>
 #include <string>
 
@@ -14,6 +13,7 @@
 
 #include "animation_keys.h"
 #include "test_face.h"
+#include "test_glb.h"
 
 namespace nms::runtime {
 namespace {
@@ -60,57 +60,6 @@ class GltfExport : public testing::Test {
  protected:
   static GltfOptions only_default() { return {{"Default"}, false, false}; }
 
-  tinygltf::Model read(const std::vector<std::byte>& bytes) {
-    tinygltf::Model model;
-    tinygltf::TinyGLTF reader;
-    std::string error;
-    std::string warning;
-    EXPECT_TRUE(reader.LoadBinaryFromMemory(&model, &error, &warning,
-                                            reinterpret_cast<const unsigned char*>(bytes.data()),
-                                            static_cast<unsigned int>(bytes.size())));
-    EXPECT_EQ(error, "");
-    EXPECT_EQ(warning, "");
-    return model;
-  }
-
-  static const float* floats(const tinygltf::Model& model, int view) {
-    const tinygltf::BufferView& v = model.bufferViews[static_cast<std::size_t>(view)];
-    return reinterpret_cast<const float*>(model.buffers[0].data.data() + v.byteOffset);
-  }
-
-  // A VEC3 accessor with its sparse data put in.
-  static std::vector<glm::vec3> vectors(const tinygltf::Model& model, int index) {
-    const tinygltf::Accessor& a = model.accessors[static_cast<std::size_t>(index)];
-    std::vector<glm::vec3> result(a.count, glm::vec3(0.0F));
-    if (a.bufferView >= 0) std::memcpy(&result[0].x, floats(model, a.bufferView), a.count * sizeof(glm::vec3));
-    if (a.sparse.isSparse) {
-      const float* values = floats(model, a.sparse.values.bufferView);
-      const auto* indices = reinterpret_cast<const std::uint16_t*>(floats(model, a.sparse.indices.bufferView));
-      for (int i = 0; i < a.sparse.count; ++i) {
-        if (i > 0) {
-          EXPECT_LT(indices[i - 1], indices[i]);
-        }
-        result[indices[i]] = glm::vec3(values[3 * i], values[3 * i + 1], values[3 * i + 2]);
-      }
-    }
-    return result;
-  }
-
-  static std::vector<std::string> target_names(const tinygltf::Model& model) {
-    std::vector<std::string> names;
-    const tinygltf::Value& list = model.meshes[0].extras.Get("targetNames");
-    for (std::size_t i = 0; i < list.ArrayLen(); ++i) names.push_back(list.Get(static_cast<int>(i)).Get<std::string>());
-    return names;
-  }
-
-  int node(const tinygltf::Model& model, std::string_view name) {
-    for (std::size_t i = 0; i < model.nodes.size(); ++i) {
-      if (model.nodes[i].name == name) return static_cast<int>(i);
-    }
-    ADD_FAILURE() << "no node " << name;
-    return -1;
-  }
-
   Face face_ = test_face();
   program::Image image_ = test_program(kClips);
   Rig rig_ = bind(face_, image_.program()).value();
@@ -135,7 +84,7 @@ TEST_F(GltfExport, WritesOnlyTheTargetsThatClipsUse) {
                                           "fix.lid_upper_L.contact",
                                           "fix.lid_upper_R.50",
                                           "fix.jaw.50"};
-  EXPECT_EQ(target_names(read(*some)), expected);
+  EXPECT_EQ(target_names(read_model(*some)), expected);
   const auto all = export_glb(face_, rig_, image_.program(), {{"Default"}, true, false});
   const std::vector<std::string> every{"AU1L",
                                        "AU1R",
@@ -158,14 +107,14 @@ TEST_F(GltfExport, WritesOnlyTheTargetsThatClipsUse) {
                                        "fix.lid_upper_L.contact",
                                        "fix.lid_upper_R.50",
                                        "fix.jaw.50"};
-  EXPECT_EQ(target_names(read(*all)), every);
+  EXPECT_EQ(target_names(read_model(*all)), every);
 }
 
 TEST_F(GltfExport, TargetsCarryTheSurface) {
   for (const bool dense : {false, true}) {
     const auto bytes = export_glb(face_, rig_, image_.program(), {{}, true, dense});
     ASSERT_TRUE(bytes.has_value());
-    const tinygltf::Model model = read(*bytes);
+    const tinygltf::Model model = read_model(*bytes);
     const std::vector<std::string> names = target_names(model);
     ASSERT_EQ(model.meshes[0].weights.size(), names.size());
     ASSERT_EQ(model.meshes[0].primitives.size(), 2U);
@@ -204,7 +153,7 @@ TEST_F(GltfExport, TargetsCarryTheSurface) {
 TEST_F(GltfExport, ClipsComeInOrderAndSetEverything) {
   const auto bytes = export_glb(face_, rig_, image_.program(), {});
   ASSERT_TRUE(bytes.has_value());
-  const tinygltf::Model model = read(*bytes);
+  const tinygltf::Model model = read_model(*bytes);
   ASSERT_EQ(model.animations.size(), 3U);
   EXPECT_EQ(model.animations[0].name, "Default");
   EXPECT_EQ(model.animations[1].name, "a_b");
@@ -222,10 +171,10 @@ TEST_F(GltfExport, ClipsComeInOrderAndSetEverything) {
       EXPECT_EQ(sampler.interpolation, "LINEAR");
       const tinygltf::Accessor& input = model.accessors[static_cast<std::size_t>(sampler.input)];
       const tinygltf::Accessor& output = model.accessors[static_cast<std::size_t>(sampler.output)];
-      const float* times = floats(model, input.bufferView);
+      const float* times = floats(model, sampler.input);
       EXPECT_EQ(times[0], 0.0F);
       for (std::size_t i = 1; i < input.count; ++i) EXPECT_LT(times[i - 1], times[i]);
-      const bool is_skin = channel.target_node == node(model, "skin");
+      const bool is_skin = channel.target_node == node_named(model, "skin");
       EXPECT_EQ(output.count, input.count * (is_skin ? targets : 1));
     }
   }
@@ -234,15 +183,15 @@ TEST_F(GltfExport, ClipsComeInOrderAndSetEverything) {
 TEST_F(GltfExport, WeightsAreTheCurvesToTheStatedBound) {
   const auto bytes = export_glb(face_, rig_, image_.program(), only_default());
   ASSERT_TRUE(bytes.has_value());
-  const tinygltf::Model model = read(*bytes);
+  const tinygltf::Model model = read_model(*bytes);
   const program::Program& program = image_.program();
   const program::Clip& clip = *program.find_clip("Default");
   const tinygltf::Animation& animation = model.animations[0];
   const tinygltf::AnimationSampler& sampler = animation.samplers[0];
   ASSERT_EQ(animation.channels[0].target_path, "weights");
   const tinygltf::Accessor& input = model.accessors[static_cast<std::size_t>(sampler.input)];
-  const float* times = floats(model, input.bufferView);
-  const float* weights = floats(model, model.accessors[static_cast<std::size_t>(sampler.output)].bufferView);
+  const float* times = floats(model, sampler.input);
+  const float* weights = floats(model, sampler.output);
   const std::size_t stride = model.meshes[0].weights.size();
   EXPECT_LT(input.count, 120U);  // 1.2 s; a key for every frame at 60 Hz would be 72 for the smooth parts alone
   std::vector<float> values(rig_.channel_count());
@@ -280,13 +229,13 @@ TEST_F(GltfExport, WeightsAreTheCurvesToTheStatedBound) {
 TEST_F(GltfExport, TargetsWithTheirCorrectionsFollowTheTurningLidsAndJaw) {
   const auto bytes = export_glb(face_, rig_, image_.program(), only_default());
   ASSERT_TRUE(bytes.has_value());
-  const tinygltf::Model model = read(*bytes);
+  const tinygltf::Model model = read_model(*bytes);
   const program::Program& program = image_.program();
   const program::Clip& clip = *program.find_clip("Default");
   const tinygltf::AnimationSampler& sampler = model.animations[0].samplers[0];
   const tinygltf::Accessor& input = model.accessors[static_cast<std::size_t>(sampler.input)];
-  const float* times = floats(model, input.bufferView);
-  const float* weights = floats(model, model.accessors[static_cast<std::size_t>(sampler.output)].bufferView);
+  const float* times = floats(model, sampler.input);
+  const float* weights = floats(model, sampler.output);
   const std::size_t stride = model.meshes[0].weights.size();
   std::vector<std::vector<glm::vec3>> deltas;
   for (const auto& target : model.meshes[0].primitives[0].targets)
@@ -327,7 +276,7 @@ TEST_F(GltfExport, TargetsWithTheirCorrectionsFollowTheTurningLidsAndJaw) {
 TEST_F(GltfExport, NodesStandWhereTheFramesTurn) {
   const auto bytes = export_glb(face_, rig_, image_.program(), {});
   ASSERT_TRUE(bytes.has_value());
-  const tinygltf::Model model = read(*bytes);
+  const tinygltf::Model model = read_model(*bytes);
   EXPECT_EQ(model.asset.generator, "nmsc");
   std::set<std::string> names;
   for (const tinygltf::Node& n : model.nodes) {
@@ -335,8 +284,8 @@ TEST_F(GltfExport, NodesStandWhereTheFramesTurn) {
     for (const char c : n.name) EXPECT_TRUE(std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-');
   }
   const auto has_child = [&](std::string_view parent, std::string_view child) {
-    const std::vector<int>& children = model.nodes[static_cast<std::size_t>(node(model, parent))].children;
-    return std::find(children.begin(), children.end(), node(model, child)) != children.end();
+    const std::vector<int>& children = model.nodes[static_cast<std::size_t>(node_named(model, parent))].children;
+    return std::find(children.begin(), children.end(), node_named(model, child)) != children.end();
   };
   EXPECT_TRUE(has_child("root", "torso"));
   EXPECT_TRUE(has_child("torso", "head"));
@@ -348,22 +297,22 @@ TEST_F(GltfExport, NodesStandWhereTheFramesTurn) {
   EXPECT_TRUE(has_child("eye_left", "eyeball"));
   EXPECT_TRUE(has_child("eye_right", "eyeball_2"));
   ASSERT_EQ(model.skins.size(), 1U);
-  const int skin_node = node(model, "skin");
+  const int skin_node = node_named(model, "skin");
   EXPECT_EQ(model.nodes[static_cast<std::size_t>(skin_node)].skin, 0);
-  EXPECT_EQ(model.scenes[0].nodes, (std::vector<int>{node(model, "root"), skin_node}));
+  EXPECT_EQ(model.scenes[0].nodes, (std::vector<int>{node_named(model, "root"), skin_node}));
 }
 
 TEST_F(GltfExport, TheTongueHasATargetOfItsOwn) {
   const auto bytes = export_glb(face_, rig_, image_.program(), {{}, true, false});
   ASSERT_TRUE(bytes.has_value());
-  const tinygltf::Model model = read(*bytes);
-  const tinygltf::Node& tongue = model.nodes[static_cast<std::size_t>(node(model, "tongue"))];
+  const tinygltf::Model model = read_model(*bytes);
+  const tinygltf::Node& tongue = model.nodes[static_cast<std::size_t>(node_named(model, "tongue"))];
   const tinygltf::Mesh& mesh = model.meshes[static_cast<std::size_t>(tongue.mesh)];
   ASSERT_EQ(mesh.weights.size(), 1U);
   EXPECT_EQ(mesh.extras.Get("targetNames").Get(0).Get<std::string>(), "AU19");
   for (const tinygltf::Animation& animation : model.animations) {
     EXPECT_TRUE(std::any_of(animation.channels.begin(), animation.channels.end(), [&](const auto& channel) {
-      return channel.target_node == node(model, "tongue") && channel.target_path == "weights";
+      return channel.target_node == node_named(model, "tongue") && channel.target_path == "weights";
     }));
   }
 }

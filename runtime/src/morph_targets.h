@@ -1,0 +1,111 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <nms/program/program.h>
+
+#include "clip_stage.h"
+#include "linear_mesh.h"
+
+namespace nms::runtime {
+
+/// One morph target: a channel at +1, or at -1 for the second AU of an axis.
+struct MorphTarget {
+  std::uint32_t channel = 0;
+  float sign = 1.0F;
+  std::string name;
+};
+
+/// Targets move points along chords, but lids and jaw turn. With a and b the first and second derivative (halved) of a
+/// vertex by the share U of the whole turn, a target of share u moves it by u a + u^2 b. The turn U = sum w u wants
+/// U a + U^2 b. What lacks is (U^2 - sum w u^2) b; and the surface half-way less half of the surface at the end is
+/// -b/4. So a target with that shape and the weight 4 (sum w u^2 - U^2) mends it to second order, whatever AUs are
+/// mixed. Where the runtime stops the lid at contact, targets go on; a second one takes the excess back.
+struct TurnCorrection {
+  enum class Kind : std::uint8_t { lid_bend, lid_contact, jaw_bend };
+  Kind kind = Kind::lid_bend;
+  std::size_t eye = 0;
+  std::string name;
+};
+
+/// A node whose mesh has targets.
+struct MorphedMesh {
+  std::string name;
+  int node = -1;
+  std::optional<std::size_t> part;  ///< index into Face::rigid; none: the skin
+  std::vector<MorphTarget> targets;
+  std::vector<TurnCorrection> corrections;  ///< after the targets
+  std::vector<std::string> residuals;       ///< after the corrections
+  LinearMesh linear;                        ///< all of them
+  std::optional<ResidualBasis> basis;
+
+  [[nodiscard]] std::size_t count() const { return targets.size() + corrections.size() + residuals.size(); }
+  /// Where the pose keeps it.
+  [[nodiscard]] const std::vector<glm::vec3>& posed(const Pose& pose) const {
+    return part ? pose.parts[*part] : pose.positions;
+  }
+  [[nodiscard]] const std::vector<glm::vec3>& posed_normals(const Pose& pose) const {
+    return part ? pose.part_normals[*part] : pose.normals;
+  }
+};
+
+/// What targets a file of these clips has, and their weights at any moment.
+class MorphTargets {
+ public:
+  /// @param all  targets of every actuated AU, not only of those the clips use
+  MorphTargets(ClipStage& stage, std::span<const program::Clip* const> clips, bool all);
+
+  std::vector<MorphedMesh>& meshes() { return meshes_; }
+  /// None: the mesh has no targets.
+  MorphedMesh* mesh_of(std::optional<std::size_t> part);
+
+  /// Weights of targets and corrections for the values last evaluated; residuals 0.
+  void straight_weights(const MorphedMesh& m, std::span<float> weights);
+  /// Weights of everything at a moment. Leaves what targets and corrections lack in field().
+  void weights_at(const MorphedMesh& m, const program::Clip& clip, std::int64_t time_ns, std::span<float> weights);
+  /// What is lacking with these weights at the values last evaluated. The surface is posed.
+  void find_residual(const MorphedMesh& m, std::span<const float> weights);
+  [[nodiscard]] const std::vector<glm::vec3>& field() const { return field_; }
+
+ private:
+  /// Where the pose's lids and jaw stand, as shares of their whole turn.
+  struct Turns {
+    std::array<double, kEyeCount> lid{};
+    double jaw = 0.0;
+  };
+
+  bool used(std::uint32_t channel, float sign) const;
+  template <typename Moves>
+  std::vector<MorphTarget> choose_targets(Moves moves) const;
+  void choose_corrections();
+  void make_meshes();
+  Turns turns_of_values();
+  double jaw_angle() const;
+  float target_weight(const MorphTarget& target) const;
+  double correction_weight(const TurnCorrection& correction, const Turns& now) const;
+  void pose_correction(const TurnCorrection& correction, double u);
+  LinearMesh::Target straight_correction(const MorphedMesh& m, const TurnCorrection& correction);
+
+  ClipStage& stage_;
+  std::span<const program::Clip* const> clips_;
+  bool all_;
+  std::vector<MorphTarget> skin_targets_;
+  std::vector<Turns> target_turns_;  // one for each skin target, at full weight
+  std::vector<TurnCorrection> corrections_;
+  double jaw_turn_ = 0.0;  // the widest hinge of the jaw [rad]
+  std::vector<MorphedMesh> meshes_;
+  std::vector<glm::vec3> field_;  // what targets lack, of the mesh last looked at
+};
+
+/// A target that moves nothing.
+[[nodiscard]] LinearMesh::Target still_target(const MorphedMesh& m);
+/// What is shorter than rounding is written as none: it decides how many vertices a target stores.
+[[nodiscard]] LinearMesh::Target without_dust(LinearMesh::Target target);
+
+}  // namespace nms::runtime

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <span>
+
+#include <nms/program/program.h>
+#include <nms/runtime/gltf_export.h>
+
+#include "animation_keys.h"
+#include "morph_targets.h"
+
+namespace nms::runtime {
+
+/// Adds targets to a mesh until, in every clip, what the others lack is below a share of `error_m`; the rest is for
+/// keys. Named after the landmark where the most was lacking.
+void add_residual_targets(MorphTargets& morphs, ClipStage& stage, MorphedMesh& m,
+                          std::span<const program::Clip* const> clips, double error_m);
+
+/// How far a key's weight may be off, one for each target of the mesh.
+/// @param error_m  what the export was asked to hold, or 0
+[[nodiscard]] std::vector<double> key_tolerances(const MorphedMesh& m, double error_m);
+
+/// The file's keys against the runtime, at every moment: raises `error` to what is found.
+void measure_clip(MorphTargets& morphs, ClipStage& stage, const program::Clip& clip, const MorphedMesh& m,
+                  const Keys& keys, GltfClipError& error);
+
+}  // namespace nms::runtime
