@@ -43,6 +43,16 @@ bool is_worded(NodeKind kind) {
   }
 }
 
+// `end of` of the anchor `end of WHERE`: the sign is a child, and prints its own words.
+std::string_view own_words(const Tree& tree, std::uint32_t i) {
+  const Node n = tree.nodes()[i];
+  const bool has_child = n.next != i + 1;
+  std::string_view words =
+      tree.source().slice({n.begin, n.kind == NodeKind::anchor && has_child ? tree.nodes()[i + 1].begin : n.end});
+  words.remove_suffix(words.size() - 1 - words.find_last_not_of(" \t\r\f\v"));
+  return words;
+}
+
 }  // namespace
 
 std::string dump(const Tree& tree) {
@@ -56,7 +66,7 @@ std::string dump(const Tree& tree) {
     out += identifier(n.kind);
     if (is_worded(n.kind) && n.end > n.begin) {
       out += ' ';
-      quote(out, tree.source().slice({n.begin, n.end}));
+      quote(out, own_words(tree, i));
     }
     if ((n.flags & kFlagStar) != 0) out += " *";
     if ((n.flags & kFlagNamed) != 0) out += " named";

@@ -8,20 +8,19 @@
 //  - A comment in the middle of a statement stays where a line may end; elsewhere it moves to the statement's end.
 #include <algorithm>
 #include <utility>
+#include <vector>
 
 #include <nms/lang/parse.h>
 
 #include "format.h"
+#include "format_lines.h"
 
 namespace nms::lang {
 namespace {
 
-constexpr std::size_t kMostColumns = 100;
-constexpr std::string_view kBlanks = " \t\r\n\f\v";
-
-class Formatter {
+class Formatter : private FormatLines {
  public:
-  explicit Formatter(const Tree& tree) : tree_(tree), text_(tree.source().text()) {}
+  explicit Formatter(const Tree& tree) : FormatLines(tree) {}
 
   FormattedText run() {
     bool first = true;
@@ -39,122 +38,6 @@ class Formatter {
 
  private:
   using Nodes = std::vector<NodeRef>;
-
-  // ---- writing
-  void put(std::string_view s) {
-    out_ += s;
-    if (flat_ > 0 && out_.size() - line_begin_ > kMostColumns) over_ = true;
-  }
-  void line_break(int indent) {
-    trim();
-    out_ += '\n';
-    line_begin_ = out_.size();
-    out_.append(static_cast<std::size_t>(2 * indent), ' ');
-    comment_ends_line_ = false;
-  }
-  void trim() {
-    while (out_.size() > line_begin_ && out_.back() == ' ') out_.pop_back();
-  }
-
-  // Writes with `print` on one line; takes it back if that is too long.
-  template <typename Print>
-  bool try_flat(Print print) {
-    const std::size_t size = out_.size();
-    ++flat_;
-    print();
-    --flat_;
-    if (!over_) return true;
-    if (flat_ == 0) over_ = false;
-    out_.resize(size);
-    return false;
-  }
-
-  // ---- comments
-  [[nodiscard]] std::string_view comment_text(const Comment& c) const {
-    std::string_view t = tree_.source().slice(c.range);
-    while (!t.empty() && kBlanks.find(t.back()) != std::string_view::npos) t.remove_suffix(1);
-    return t;
-  }
-  [[nodiscard]] bool comment_before(std::uint32_t end) const {
-    return comment_ < tree_.comments().size() && tree_.comments()[comment_].range.begin < end;
-  }
-  void put_trailing(std::string_view text, int indent) {
-    if (comment_ends_line_ || out_.size() == line_begin_) {
-      if (!out_.empty()) line_break(indent);
-    } else {
-      trim();
-      out_ += "  ";
-    }
-    out_ += text;
-    comment_ends_line_ = true;
-  }
-  // Inside a statement, before the token at `begin`.
-  void comments_before_token(std::uint32_t begin) {
-    while (comment_before(begin)) {
-      const Comment& c = tree_.comments()[comment_++];
-      const std::size_t last = out_.find_last_not_of(' ');
-      const bool may_break = brackets_ > 0 || (last != std::string::npos && last >= line_begin_ &&
-                                               std::string_view("+-*=:,").find(out_[last]) != std::string_view::npos);
-      if (!may_break && !comment_ends_line_) {
-        pending_.push_back(&c);
-        continue;
-      }
-      if (c.own_line && out_.find_first_not_of(' ', line_begin_) != std::string::npos) line_break(indent_ + 2);
-      if (!c.own_line) {
-        trim();
-        out_ += "  ";
-      }
-      out_ += comment_text(c);
-      line_break(indent_ + 2);
-    }
-  }
-  // ---- where statements stand
-  static constexpr std::size_t kNoStatement = static_cast<std::size_t>(-1);
-  std::size_t begin_statement(NodeRef n) {
-    statements_.push_back({n, line_begin_, 0, 0});
-    return statements_.size() - 1;
-  }
-  // What stands behind it on its line has been written.
-  void end_statement(std::size_t i) {
-    if (i == kNoStatement || statements_[i].next != 0) return;
-    trim();
-    statements_[i].end = out_.size();
-    statements_[i].next = statements_.size();
-  }
-
-  // Ends the line and begins the one for what stands at `begin`: comments between, and one blank line if there was any.
-  // `last` is the statement that the line ends.
-  void next_line(std::uint32_t begin, bool first, bool closing = false, std::size_t last = kNoStatement) {
-    for (const Comment* c : pending_) put_trailing(comment_text(*c), indent_);
-    pending_.clear();
-    while (comment_before(begin)) {
-      const Comment& c = tree_.comments()[comment_++];
-      if (c.own_line || out_.empty()) {
-        end_statement(last);
-        start_line(c.range.begin, first);
-        out_ += comment_text(c);
-        comment_ends_line_ = true;
-      } else {
-        put_trailing(comment_text(c), indent_);
-      }
-      first = first && !c.own_line;
-      last_end_ = c.range.end;
-    }
-    end_statement(last);
-    if (closing) return;
-    start_line(begin, first);
-  }
-  void start_line(std::uint32_t begin, bool first) {
-    const std::string_view gap = text_.substr(last_end_, begin > last_end_ ? begin - last_end_ : 0);
-    const bool blank = !first && std::count(gap.begin(), gap.end(), '\n') > 1;
-    if (out_.empty()) return;
-    if (blank) {
-      trim();
-      out_ += '\n';
-      line_begin_ = out_.size();
-    }
-    line_break(indent_);
-  }
 
   // ---- shared pieces
   void leaf(NodeRef n) {
@@ -766,20 +649,6 @@ class Formatter {
     items(inner, "[", "]", end - 1, one_line(n.node().begin, end), Between::blanks);
     options_of(n);
   }
-
-  const Tree& tree_;
-  std::string_view text_;
-  std::string out_;
-  std::size_t line_begin_ = 0;
-  int indent_ = 0;
-  int brackets_ = 0;  // open ( and [ since the last {: a line may end anywhere inside
-  int flat_ = 0;      // > 0: on one line, or not at all
-  bool over_ = false;
-  bool comment_ends_line_ = false;
-  std::size_t comment_ = 0;  // the next one
-  std::uint32_t last_end_ = 0;
-  std::vector<const Comment*> pending_;
-  std::vector<FormattedStatement> statements_;
 };
 
 }  // namespace

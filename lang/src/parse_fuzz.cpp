@@ -42,8 +42,7 @@ void require_sound(const Tree& tree) {
   }
 }
 
-// Kinds, flags and the leaves' words; blanks inside a leaf do not count, nor whether an anchor's sign touches its word:
-// `end of$WHERE` is `end of $WHERE`.
+// Kinds, flags and the leaves' words; blanks inside a leaf do not count.
 std::string shape(const Tree& tree) {
   std::string out;
   for (const char c : dump(tree))
@@ -51,13 +50,6 @@ std::string shape(const Tree& tree) {
   std::string squeezed;
   for (const char c : out)
     if (c != ' ' || squeezed.empty() || squeezed.back() != ' ') squeezed += c;
-  const std::string anchor = " anchor '";
-  for (std::size_t at = squeezed.find(anchor); at != std::string::npos; at = squeezed.find(anchor, at + 1))
-    for (std::size_t i = at + anchor.size(); i < squeezed.size() && squeezed[i] != '\n';)
-      if (squeezed[i] == ' ')
-        squeezed.erase(i, 1);
-      else
-        ++i;
   return squeezed;
 }
 

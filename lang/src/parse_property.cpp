@@ -175,23 +175,8 @@ bool Parser::profile() {
 
 bool Parser::options() {
   Open node(*this, NodeKind::options);
-  const std::uint32_t opener = token_.begin;
-  if (!enter()) return false;
-  const int brackets = std::exchange(brackets_, 0);
   const bool star_only = std::exchange(star_only_, false);
-  Once once;
-  Once* outer_once = std::exchange(once_, &once);
-  advance();
-  bool closed = true;
-  while (true) {
-    while (token_.kind == Tok::semicolon) advance();
-    if (token_.kind == Tok::right_brace) break;
-    if (token_.kind == Tok::eof || declaration_begins_here()) {
-      token_.ends = false;
-      unclosed('{', opener);
-      closed = false;
-      break;
-    }
+  const Braced end = braced([&] {
     token_.ends = false;
     const std::uint32_t begin = token_.begin;
     const bool poisoned = std::exchange(poison_, false);
@@ -201,13 +186,9 @@ bool Parser::options() {
       property(true);
     if (panic_) recover(begin);
     poison_ = poison_ || poisoned;
-  }
-  brackets_ = brackets;
+  });
   star_only_ = star_only;
-  once_ = outer_once;
-  leave();
-  if (closed) advance();
-  return closed;
+  return end == Braced::closed;
 }
 
 }  // namespace nms::lang

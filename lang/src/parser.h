@@ -106,6 +106,11 @@ class Parser {
   /// `{ items }` of statements. `item` parses one; it need not clean up after itself.
   template <typename Item>
   bool block(Item item);
+  /// What stands between `{`, which is the token, and `}`: an item at a time, up to the end of the block or of the
+  /// file.
+  enum class Braced : std::uint8_t { closed, unclosed, too_deep };
+  template <typename Item>
+  Braced braced(Item item);
   template <typename Item>
   void statement(Item item);
   void statement_end(Tok last);
@@ -270,34 +275,44 @@ bool Parser::block(Item item) {
     }
     if (panic_) return false;
   }
+  switch (braced([&] { statement(item); })) {
+    case Braced::too_deep:
+      return false;
+    case Braced::closed:
+      return true;
+    case Braced::unclosed:
+      panic_ = false;
+      token_.ends = true;
+      return true;
+  }
+  return false;
+}
+
+template <typename Item>
+Parser::Braced Parser::braced(Item item) {
   const std::uint32_t opener = token_.begin;
-  if (!enter()) return false;
+  if (!enter()) return Braced::too_deep;
   const int brackets = std::exchange(brackets_, 0);
   Once once;
   Once* outer_once = std::exchange(once_, &once);
   advance();
-  bool closed = true;
+  Braced end = Braced::closed;
   while (true) {
     while (token_.kind == Tok::semicolon) advance();
     if (token_.kind == Tok::right_brace) break;
     if (token_.kind == Tok::eof || declaration_begins_here()) {
       token_.ends = false;
       unclosed('{', opener);
-      panic_ = false;
-      closed = false;
+      end = Braced::unclosed;
       break;
     }
-    statement(item);
+    item();
   }
   brackets_ = brackets;
   once_ = outer_once;
   leave();
-  if (closed) {
-    advance();
-  } else {
-    token_.ends = true;
-  }
-  return true;
+  if (end == Braced::closed) advance();
+  return end;
 }
 
 }  // namespace nms::lang
