@@ -132,6 +132,7 @@ class Competition {
     }
     classes();
     order();
+    exclusions();
   }
 
  private:
@@ -238,6 +239,7 @@ class Competition {
     };
     std::vector<Class> competes;
     std::vector<std::string_view> before;
+    std::vector<std::string_view> excludes;
   };
 
   const Company& company(const Declaration& entry) {
@@ -250,10 +252,11 @@ class Competition {
         const auto most = p.at(2) ? lang::read_quantity(p.at(2).text()) : std::nullopt;
         it->second.competes.push_back({p.at(1).text(), most ? static_cast<std::size_t>(most->value) : 0});
       }
-      if (name != "before") continue;
+      const bool excludes = name == "excludes" && p.at(1) && p.at(1).text() != "sign";  // signs: schedule_entry
+      if (name != "before" && !excludes) continue;
       bool first = true;
       for (NodeRef other : p.children())
-        if (!std::exchange(first, false)) it->second.before.push_back(other.text());
+        if (!std::exchange(first, false)) (excludes ? it->second.excludes : it->second.before).push_back(other.text());
     }
     return it->second;
   }
@@ -313,6 +316,34 @@ class Competition {
         const auto it = earliest.find({c.utterance, other});
         if (it == earliest.end() || it->second == &c || it->second->span.start_ns >= c.span.start_ns) continue;
         report(*it->second, c, OutOfOrder{std::string(c.name), std::string(it->second->name)}, "this stands first");
+      }
+    }
+  }
+
+  /// `excludes neg`: not while this one is there. Of several that are, the first is named.
+  void exclusions() {
+    std::map<std::pair<std::uint32_t, std::string_view>, std::vector<const DraftCause*>> uses;
+    bool any = false;
+    for (const DraftCause& c : clip_.causes) {
+      if (c.entry == nullptr) continue;
+      uses[{c.utterance, c.entry->name}].push_back(&c);
+      any = any || !company(*c.entry).excludes.empty();
+    }
+    if (!any) return;
+    for (const DraftCause& c : clip_.causes) {
+      if (c.entry == nullptr) continue;
+      for (const std::string_view other : company(*c.entry).excludes) {
+        const auto it = uses.find({c.utterance, other});
+        if (it == uses.end()) continue;
+        for (const DraftCause* use : it->second) {
+          if (++examined_ > kMostExamined) return;
+          const std::int64_t from = std::max(use->span.start_ns, c.span.start_ns);
+          const std::int64_t to = std::min(use->span.end_ns, c.span.end_ns);
+          if (use == &c || from >= to) continue;
+          report(c, *use, ExcludedEntry{std::string(use->name), std::string(c.name), seconds(from), seconds(to)},
+                 "this excludes it");
+          break;
+        }
       }
     }
   }

@@ -277,6 +277,19 @@ Description OutOfOrder::describe() const {
           {{"name", name}, {"other", other}}};
 }
 
+Description ExcludedEntry::describe() const {
+  return {fmt::format("{} excludes {}, which is there from {} to {}", by, name, from, to),
+          {fmt::format("leave one of them out, or give {} a span of its own", name)},
+          {{"name", name}, {"by", by}, {"from", from}, {"to", to}}};
+}
+
+Description ExcludedSign::describe() const {
+  return {tag.empty() ? fmt::format("{} excludes the sign {}", entry, sign)
+                      : fmt::format("{} excludes signs with the tag {}, and {} has it", entry, tag, sign),
+          {fmt::format("let {} begin after it, or end before it", entry)},
+          {{"entry", entry}, {"sign", sign}, {"tag", tag}}};
+}
+
 Description LastsTooLong::describe() const {
   return {fmt::format("{} lasts {}; over {} it is {}", unit, length, longest, instead),
           {fmt::format("write {}, or shorten this", instead)},

@@ -87,7 +87,7 @@ void schedule_per_cycle(ClipDraft& clip, const Movement& movement, Placed base, 
 bool known_entry_property(std::string_view name) {
   for (const std::string_view known :
        {"label", "alias", "meaning", "source", "evidence", "id", "synonym", "spreads", "onset", "offset", "lead", "lag",
-        "easing", "held", "apex", "profile", "competes", "before"})
+        "easing", "held", "apex", "profile", "competes", "before", "excludes"})
     if (name == known) return true;
   return false;
 }
@@ -140,7 +140,7 @@ std::optional<bool> holds(NodeRef when, const PlacementContext& context, const S
   bool found = false;
   if (context.tier != nullptr)
     for (const Sign& s : context.tier->signs) {
-      if (s.tag != name.text() && s.gloss != name.text() && stem(s.gloss) != name.text()) continue;
+      if (!is_called(s, name.text())) continue;
       found |= !in_span || (s.start_ns >= context.whole.start_ns && s.end_ns <= context.whole.end_ns);
     }
   return found != when.has(lang::kFlagUnless);
@@ -272,42 +272,73 @@ Timing timing_of(NodeRef parent, PropertyOwner owner, const PlacementContext& co
   return t;
 }
 
-/// `synonym mm pah`: entries of the same lexicon, or of one that it extends, that may look the same.
-void check_synonyms(NodeRef property, const Declaration& entry, const Scope& scope, Evaluator& evaluator) {
+}  // namespace
+
+namespace {
+
+void bad_company(NodeRef property, NodeRef at, std::string_view expected, const Scope& scope, Evaluator& evaluator) {
+  evaluator.report(
+      scope, at ? at : property,
+      BadProperty{std::string(property.at(0).text()), at ? std::string(at.text()) : "nothing", std::string(expected)});
+}
+
+/// The values of a property that names entries of the same lexicon, or of one that it extends.
+void check_entries_named(NodeRef property, const Declaration& entry, const Scope& scope, Evaluator& evaluator) {
   const Declarations& all = evaluator.declarations();
-  for (NodeRef value : property.children()) {
-    if (value == property.at(0) || all.find_entry(value.text(), entry.lexicon) != nullptr) continue;
+  if (!property.at(1)) return bad_company(property, {}, "names of entries", scope, evaluator);
+  for (std::uint32_t v = 1; const NodeRef value = property.at(v); ++v) {
+    if (!value.is(NodeKind::name)) {
+      bad_company(property, value, "names of entries", scope, evaluator);
+      continue;
+    }
+    if (all.find_entry(value.text(), entry.lexicon) != nullptr) continue;
     std::vector<std::string> known;
     for (const Declaration* d : all.entries_of(entry.lexicon)) known.emplace_back(d->name);
     evaluator.report(scope, value, UnknownName{"entry", std::string(value.text()), lang::nearest(value.text(), known)});
   }
 }
 
-}  // namespace
-
-namespace {
-
-/// `competes NAME [COUNT]`, `before NAME ...`: what an entry says of others beside it.
-void check_company(NodeRef property, const Scope& scope, Evaluator& evaluator) {
-  const std::string_view name = property.at(0).text();
-  const bool competes = name == "competes";
-  const auto bad = [&](NodeRef at, std::string_view expected) {
-    evaluator.report(scope, at ? at : property,
-                     BadProperty{std::string(name), at ? std::string(at.text()) : "nothing", std::string(expected)});
-  };
+/// `competes NAME [COUNT]`.
+void check_competes(NodeRef property, const Scope& scope, Evaluator& evaluator) {
   if (!property.at(1) || !property.at(1).is(NodeKind::name))
-    return bad(property.at(1), competes ? "a name" : "names of entries");
-  if (!competes) {
-    bool first = true;
-    for (NodeRef other : property.children())
-      if (!std::exchange(first, false) && !other.is(NodeKind::name)) bad(other, "names of entries");
-    return;
-  }
+    return bad_company(property, property.at(1), "a name", scope, evaluator);
   const NodeRef count = property.at(2);
   if (!count) return;
   const auto q = count.is(NodeKind::quantity) ? lang::read_quantity(count.text()) : std::nullopt;
   if (!q || q->unit != lang::Unit::count || q->value < 1.0 || property.at(3))
-    bad(count, "a name and at most one count of 1x and above");
+    bad_company(property, count, "a name and at most one count of 1x and above", scope, evaluator);
+}
+
+/// `excludes sign X ...`: tags and glosses that no sign in the entry's span may have.
+void check_excluded_signs(NodeRef property, std::string_view entry, const PlacementContext& context, NodeRef used,
+                          const Scope& scope, Evaluator& evaluator) {
+  if (!property.at(2)) return bad_company(property, {}, "`sign` and tags or glosses", scope, evaluator);
+  for (std::uint32_t v = 2; const NodeRef value = property.at(v); ++v) {
+    if (!value.is(NodeKind::name) && !value.is(NodeKind::string)) {
+      bad_company(property, value, "tags or glosses", scope, evaluator);
+      continue;
+    }
+    if (context.tier == nullptr) continue;
+    const std::string wanted = value.is(NodeKind::string) ? unquoted(value) : std::string(value.text());
+    for (const Sign& s : context.tier->signs) {
+      if (s.start_ns < context.whole.start_ns || s.end_ns > context.whole.end_ns || !is_called(s, wanted)) continue;
+      lang::Diagnostic& d = evaluator.report(
+          scope, used,
+          ExcludedSign{std::string(entry), std::string(s.gloss), s.tag == wanted ? wanted : std::string()});
+      d.labels = {{s.node.tree().source_pointer(), s.node.range(), "this sign"}};
+    }
+  }
+}
+
+/// What an entry says of others beside it.
+void check_company(NodeRef property, const Declaration& entry, const PlacementContext& context, NodeRef used,
+                   const Scope& scope, Evaluator& evaluator) {
+  const std::string_view name = property.at(0).text();
+  if (name == "competes") check_competes(property, scope, evaluator);
+  const bool signs = name == "excludes" && property.at(1).exists() && property.at(1).text() == "sign";
+  if (signs) check_excluded_signs(property, entry.name, context, used, scope, evaluator);
+  if (name == "synonym" || name == "before" || (name == "excludes" && !signs))
+    check_entries_named(property, entry, scope, evaluator);
 }
 
 }  // namespace
@@ -339,16 +370,14 @@ void schedule_entry(ClipDraft& clip, const Declaration& entry, const EntryUse& u
   clip.causes.push_back({entry.name, use.node, span, &entry});
   const Scheduling scheduling{clip, use, base, context, evaluator};
   for (NodeRef item : entry.node.children()) {
-    if (is_property(item) && item.at(0).text() == "synonym") check_synonyms(item, entry, scope, evaluator);
     if (is_property(item) && !known_entry_property(item.at(0).text()))
       evaluator.report(
           scope, item.at(0),
           UnknownProperty{std::string(item.at(0).text()),
                           "an entry",
                           {"label", "alias", "meaning", "source", "evidence", "id", "synonym", "spreads", "onset",
-                           "offset", "lead", "lag", "easing", "profile", "held", "competes", "before"}});
-    if (is_property(item) && (item.at(0).text() == "competes" || item.at(0).text() == "before"))
-      check_company(item, scope, evaluator);
+                           "offset", "lead", "lag", "easing", "profile", "held", "competes", "before", "excludes"}});
+    if (is_property(item)) check_company(item, entry, context, use.node, scope, evaluator);
     scheduling.item(item);
   }
 }

@@ -307,6 +307,10 @@ std::string_view stem(std::string_view gloss) {
   return end == std::string_view::npos ? gloss : gloss.substr(0, end + 1);
 }
 
+bool is_called(const Sign& sign, std::string_view tag_or_gloss) {
+  return sign.tag == tag_or_gloss || sign.gloss == tag_or_gloss || stem(sign.gloss) == tag_or_gloss;
+}
+
 ManualTier build_manual_tier(NodeRef utterance, const Scope& scope, Evaluator& evaluator) {
   return TierBuilder(scope, evaluator).build(utterance);
 }

@@ -25,6 +25,9 @@ struct Sign {
 /// A gloss without the `+` at its end: WORK of WORK+++.
 [[nodiscard]] std::string_view stem(std::string_view gloss);
 
+/// Whether a sign has that tag or gloss, a `+` at the gloss's end aside.
+[[nodiscard]] bool is_called(const Sign& sign, std::string_view tag_or_gloss);
+
 /// Most cycles that one sign may have.
 inline constexpr std::uint32_t kMaxSignCycles = 100;
 

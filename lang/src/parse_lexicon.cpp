@@ -78,8 +78,8 @@ bool Parser::remove() {
 bool Parser::at_property_word() const {
   if (!at(Tok::name)) return false;
   static constexpr std::string_view kWords[] = {
-      "label", "alias", "meaning", "source", "evidence", "id",      "synonym", "competes", "before", "spreads",
-      "onset", "apex",  "offset",  "lead",   "lag",      "profile", "held",    "easing",   "layer"};
+      "label",   "alias", "meaning", "source", "evidence", "id",  "synonym", "competes", "before", "excludes",
+      "spreads", "onset", "apex",    "offset", "lead",     "lag", "profile", "held",     "easing", "layer"};
   const std::string_view word = slice(token_);
   bool found = false;
   for (std::string_view w : kWords) found = found || w == word;

@@ -48,6 +48,8 @@ namespace nms::compiler {
   X(Antagonists, antagonists, warning)                    \
   X(TooManyUses, too_many_uses, warning)                  \
   X(OutOfOrder, out_of_order, warning)                    \
+  X(ExcludedEntry, excluded_entry, warning)               \
+  X(ExcludedSign, excluded_sign, warning)                 \
   X(LastsTooLong, lasts_too_long, warning)                \
   X(PhasesShrunk, phases_shrunk, warning)                 \
   X(RateChanged, rate_changed, warning)                   \
@@ -269,6 +271,21 @@ struct OutOfOrder {
   NMS_KIND(out_of_order, warning);
   std::string name;
   std::string other;
+};
+/// An entry at the same time as one that `excludes` it. Label: the one that does.
+struct ExcludedEntry {
+  NMS_KIND(excluded_entry, warning);
+  std::string name;
+  std::string by;
+  std::string from;
+  std::string to;
+};
+/// A sign in the span of an entry that `excludes sign` its tag or gloss. Label: the sign.
+struct ExcludedSign {
+  NMS_KIND(excluded_sign, warning);
+  std::string entry;
+  std::string sign;
+  std::string tag;  ///< empty: its gloss is what is excluded
 };
 /// A unit that lasts longer than FACS scores it.
 struct LastsTooLong {
