@@ -115,7 +115,11 @@ struct TestCommandOptions {
   std::vector<std::string> files;
   std::string filter;  ///< only tests whose name holds it
   std::string junit;   ///< the XML to write; empty: none
+  bool mutate = false;
+  bool json = false;  ///< of what `mutate` finds
 };
 int test(const GlobalOptions& global, const TestCommandOptions& options);
+/// Takes parts out of the lexicons' entries, one at a time, and says which of them no test notices.
+int test_mutate(const GlobalOptions& global, const TestCommandOptions& options);
 
 }  // namespace nms::cli

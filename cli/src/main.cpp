@@ -41,8 +41,8 @@ std::pair<int, int> picture_size(const std::string& text) {
 }
 
 /// `--format text|json` of a command that prints data.
-void add_format(CLI::App* command, bool& json) {
-  command
+CLI::Option* add_format(CLI::App* command, bool& json) {
+  return command
       ->add_option_function<std::string>(
           "--format", [&json](const std::string& format) { json = format == "json"; }, "text or json")
       ->check(CLI::IsMember({"text", "json"}).description(""))
@@ -305,7 +305,15 @@ int main(int argc, char** argv) try {
   test_command->add_option("FILE", test_options.files, "Sources")->required();
   test_command->add_option("--filter", test_options.filter, "Only tests whose name holds this text")->type_name("TEXT");
   test_command->add_option("--junit", test_options.junit, "Write the results as JUnit XML too")->type_name("OUT.xml");
-  test_command->callback([&] { chosen = [&] { return test(global, test_options); }; });
+  CLI::Option* mutate =
+      test_command->add_flag("--mutate", test_options.mutate,
+                             "Take each part out of each entry of the lexicons that are tested, one at a time, and "
+                             "print those that no test notices");
+  mutate->excludes("--filter")->excludes("--junit");
+  add_format(test_command, test_options.json)->needs(mutate);
+  test_command->callback([&] {
+    chosen = [&] { return test_options.mutate ? test_mutate(global, test_options) : test(global, test_options); };
+  });
 
   try {
     app.parse(argc, argv);

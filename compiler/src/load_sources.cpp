@@ -30,7 +30,7 @@ std::uint32_t find_loaded(const std::vector<LoadedFile>& files, const lang::Sour
 }
 
 /// A file's tree: one that was kept, or parsed anew, and then kept if nothing is wrong with it.
-std::shared_ptr<const lang::Tree> tree_of(std::shared_ptr<const lang::Source> source, TreeCache* trees,
+std::shared_ptr<const lang::Tree> tree_of(std::shared_ptr<const lang::Source> source, bool root, TreeCache* trees,
                                           lang::Diagnostics& diagnostics) {
   if (trees != nullptr)
     if (auto kept = trees->find(source)) return kept;
@@ -41,7 +41,7 @@ std::shared_ptr<const lang::Tree> tree_of(std::shared_ptr<const lang::Source> so
     const auto begin = static_cast<std::uint32_t>(bad);
     diagnostics.report(tree->source_pointer(), {begin, begin + 1}, NotUtf8{static_cast<unsigned char>(text[bad])});
   }
-  if (trees != nullptr && diagnostics.all().size() == said) trees->keep(tree);
+  if (trees != nullptr && !root && diagnostics.all().size() == said) trees->keep(tree);
   return tree;
 }
 
@@ -51,7 +51,7 @@ std::uint32_t load(std::vector<LoadedFile>& files, std::shared_ptr<const lang::S
   if (known != kUnreachable) return known;
   const auto index = static_cast<std::uint32_t>(files.size());
   files.emplace_back();
-  files[index].tree = tree_of(std::move(source), root ? nullptr : trees, diagnostics);
+  files[index].tree = tree_of(std::move(source), root, trees, diagnostics);
   files[index].root = root;
   const std::shared_ptr<const lang::Tree> tree = files[index].tree;
   for (const lang::DeclarationRef& declaration : tree->declarations()) {

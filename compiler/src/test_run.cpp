@@ -630,7 +630,7 @@ void TestRun::expect(NodeRef node, const Subject& subject, const Scope& scope, T
     result->expectations.push_back(judge(node, *wanted, *subject, evaluator_.channels()));
 }
 
-TestResult TestRun::walk(const Declaration& test, bool run) {
+TestResult TestRun::walk(const Declaration& test, bool run, std::vector<const Declaration*>* entries) {
   TestResult result;
   const NodeRef name = test.node.child(NodeKind::string);
   if (!name || test.node.has(lang::kFlagError)) return result;
@@ -646,6 +646,9 @@ TestResult TestRun::walk(const Declaration& test, bool run) {
     if (item.is(NodeKind::play)) {
       played = true;
       subject = play(item, test.file);
+      if (entries != nullptr && subject != nullptr)
+        for (const DraftCause& c : subject->clip.causes)
+          if (c.entry != nullptr) entries->push_back(c.entry);
     } else if (item.is(NodeKind::expect)) {
       expected = true;
       if (!played) evaluator_.report(scope, item, MissingProperty{"something to play before it: play NAME", "expect"});
