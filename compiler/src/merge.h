@@ -55,8 +55,8 @@ class MergeObserver {
 ///     from apex to apex (coarticulation.h).
 ///  1. Within a layer by the track's operator: strongest is the maximum; sum adds (axes always add); latest lets the
 ///     later to start take the place of the earlier, as far as its envelope says.
-///  2. Across channels: the ambient layer is left what language does not claim on its track; of layers that share a
-///  slot a later one is left what the earlier ones do not claim, and a higher
+///  2. Across channels: the ambient layer is left what language does not claim on its track; of layers that share a slot a later one is left what the earlier ones do not claim, and a
+///  higher
 ///     layer scales the antagonists below it by (1 - its own value).
 ///  3. Between layers by the track's other operator: either is v = 1 - prod(1 - v_i), of axes the sum; highest lets the
 ///     higher take the place of the lower, as far as its envelope says.
