@@ -311,6 +311,27 @@ expect 1 "tests of a missing file" "$nmsc" test missing.nms passes.nms
 holds "tests of a missing file: others run" grep -qx "1 passed, 0 failed" out
 expect 1 "tests of a program" "$nmsc" test good.auc
 expect 2 "no file to test" "$nmsc" test
+# ---- test --mutate
+cat >entries.nms <<'NMS'
+lexicon l "L" { entry grin : affect { 60% AU12 + 20% AU6 { lead 100ms } } }
+test "it grins" { play grin; expect AU12 == 60% at 0.2s; expect AU12 >= 5% at -50ms }
+NMS
+expect 1 "--mutate" "$nmsc" test --mutate entries.nms
+holds "--mutate: names the place" grep -qF "entries.nms:1:50: error removal_unnoticed: no test notices when this term" out
+holds "--mutate: the summary is last" test "$(tail -n 1 out)" = "4 parts taken out: 3 noticed, 1 unnoticed, 0 untested, 0 without which nothing compiles"
+expect 1 "--mutate as JSON" "$nmsc" test --mutate --format json entries.nms
+holds "--mutate as JSON" python3 -c '
+import json
+removals = json.load(open("out"))["removals"]
+assert [r["fate"] for r in removals].count("unnoticed") == 1, removals
+assert [(r["line"], r["column"], r["text"], r["part"], r["entry"], r["lexicon"]) for r in removals if r["fate"] == "unnoticed"] == [(1, 50, "20% AU6", "term", "grin", "l")]
+'
+printf 'test "its cheeks" { play grin; expect AU6 == 20%% at 0.2s }\n' >>entries.nms
+expect 0 "--mutate, all noticed" "$nmsc" test --mutate entries.nms
+expect 1 "--mutate of failing tests" "$nmsc" test --mutate tests.nms
+says "--mutate of failing tests" "error failing_tests"
+expect 2 "--mutate with --filter" "$nmsc" test --mutate --filter x entries.nms
+expect 2 "--format without --mutate" "$nmsc" test --format json entries.nms
 expect 0 "check of failing tests" "$nmsc" check tests.nms
 printf 'test "t" {\n  play gron\n  expect AU998 == 0%%\n}\n' >badtest.nms
 expect 1 "a test of nothing" "$nmsc" test badtest.nms --junit bad.xml

@@ -15,9 +15,11 @@
 #include <sstream>
 #include <string>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nms/compiler/compile.h>
 #include <nms/compiler/diagnostic_kinds.h>
+#include <nms/compiler/mutation.h>
 #include <nms/compiler/test.h>
 #include <nms/lang/render.h>
 #include <nms/program/play.h>
@@ -212,6 +214,59 @@ TEST(GoldenTest, outcomes_are_as_expected) {
       EXPECT_FALSE(t.expectations.empty()) << t.name;
     }
   }
+}
+
+std::string removals(const compiler::MutationResult& result) {
+  std::string text;
+  lang::Diagnostics survivors;
+  for (const compiler::Removal& r : result.removals) {
+    const bool noticed = r.fate == compiler::Removal::Fate::noticed;
+    if (noticed)
+      text += fmt::format("noticed: {}, {} {}\n", r.entry, compiler::name_of(r.part), r.source->slice(r.range));
+    else
+      survivors.report(r.source, r.range, compiler::RemovalUnnoticed{r});
+  }
+  return text + lang::render_text(survivors, false);
+}
+
+TEST(GoldenMutate, removals_are_as_expected) {
+  for (const fs::path& path : cases("mutate")) {
+    SCOPED_TRACE(path.filename().string());
+    GoldenFiles files(path.parent_path());
+    lang::Diagnostics diagnostics;
+    const auto result = compiler::mutate({files.open(path.filename().string(), path)}, files, diagnostics);
+    EXPECT_EQ(diagnostics.error_count(), 0U) << lang::render_text(diagnostics, false);
+    EXPECT_TRUE(result.failing.empty());
+    compare(path, removals(result));
+    const bool fails = path.filename().string().rfind("fail", 0) == 0;
+    const bool all = std::all_of(result.removals.begin(), result.removals.end(),
+                                 [](const compiler::Removal& r) { return r.fate == compiler::Removal::Fate::noticed; });
+    EXPECT_EQ(all, !fails);
+    EXPECT_FALSE(result.removals.empty());
+  }
+}
+
+TEST(GoldenMutate, shares_make_up_the_whole) {
+  const fs::path path = kGolden / "mutate/fails.nms";
+  GoldenFiles files(path.parent_path());
+  const std::vector<std::shared_ptr<const lang::Source>> roots{files.open("fails.nms", path)};
+  lang::Diagnostics diagnostics;
+  const auto whole = compiler::mutate(roots, files, diagnostics);
+  for (std::uint32_t share = 0; share < 3; ++share) {
+    const auto part = compiler::mutate(roots, files, diagnostics, {{}, share, 3});
+    ASSERT_EQ(part.removals.size(), whole.removals.size());
+    for (std::size_t i = 0; i < whole.removals.size(); ++i)
+      EXPECT_EQ(part.removals[i].fate, i % 3 == share ? whole.removals[i].fate : compiler::Removal::Fate::untried) << i;
+  }
+}
+
+TEST(GoldenMutate, tests_that_fail_as_it_is_are_told_and_nothing_is_tried) {
+  const fs::path path = kGolden / "test/fails.nms";
+  GoldenFiles files(path.parent_path());
+  lang::Diagnostics diagnostics;
+  const auto result = compiler::mutate({files.open("fails.nms", path)}, files, diagnostics);
+  EXPECT_TRUE(result.removals.empty());
+  EXPECT_FALSE(result.failing.empty());
 }
 
 TEST(GoldenTest, a_filter_picks_by_name) {
