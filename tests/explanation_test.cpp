@@ -34,7 +34,8 @@ TEST(Explanation, is_as_it_was) {
         Case{"--clip u --at 0.6 --channel head_yaw", "repeated.txt"},
         Case{"--clip u --at 1.0 --channel gaze", "latest.txt"}, Case{"--clip u --at=-0.1", "in_the_lead.txt"},
         Case{"--clip breathing --at 2.1 --channel torso_pitch", "ambient.txt"},
-        Case{"--clip steps --at 0.5", "steps.txt"},
+        Case{"--clip steps --at 0.5", "steps.txt"}, Case{"--clip given --at 0.55 --channel AU1", "gave_way.txt"},
+        Case{"--clip given --at 0.55 --channel AU1L --format json", "gave_way.json"},
         Case{"--clip steps --at 0.5 --channel AU12L --format json", "steps.json"}})
     expect_golden(kRoot / "tests/golden/explain" / c.golden,
                   run_beside(folder, source, fmt::format("explain every_step.nms {}", c.arguments)));
@@ -79,6 +80,7 @@ TEST(Explanation, ends_in_the_very_value_that_sample_prints) {
     const char* name;
   };
   for (const Clip& clip : {Clip{kRoot / "tests/golden/explain/every_step.nms", "u"},
+                           Clip{kRoot / "tests/golden/explain/every_step.nms", "given"},
                            Clip{kRoot / "examples/wh_question.nms", "where_is_the_book"},
                            Clip{kRoot / "examples/negation.nms", "i_do_not_understand_the_book"}})
     for (const char* at : {"-0.05", "0.3", "0.61", "0.9", "1.15", "1.63", "1.75", "1.9"}) {

@@ -52,6 +52,9 @@ Json cause(const Cause& c) {
   }
   out["source"] = place(c.source.get(), c.range);
   out["used"] = place(c.used_source.get(), c.used_range);
+  if (!c.given.empty()) out["gave_way"] = Json::array();
+  for (const Cause::Given& g : c.given)
+    out["gave_way"].push_back({{"to", g.to}, {"taken", rounded(g.taken)}, {"rule", place(g.source.get(), g.range)}});
   return out;
 }
 

@@ -137,6 +137,12 @@ class Writer {
   void places(const Cause& c) {
     if (c.source) place(*c.source, c.range, "");
     if (c.used_source) place(*c.used_source, c.used_range, "used at ");
+    for (const Cause::Given& g : c.given) {
+      if (g.taken <= 0.0) continue;
+      fmt::format_to(std::back_inserter(out_), "{:12}gives way to {}, which takes {} of it, by\n", "", g.to,
+                     percent(g.taken));
+      place(*g.source, g.range, "  ");
+    }
   }
 
   /// @param first  of a chain that was made by co-articulation, or the only one there is

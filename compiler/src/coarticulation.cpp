@@ -56,6 +56,7 @@ void end_held(std::vector<const Contribution*>& all, std::deque<Contribution>& m
         const std::int64_t to = std::min(from + onset, std::max(from, next->end_ns));
         for (Curve* curve : {&going.curve, &going.envelope}) {
           if (curve->knots.empty()) continue;
+          if (curve->knots.back().time_ns > from) *curve = until(*curve, from);  // another takes some of it later on
           const std::uint32_t source = curve->knots.back().source;
           ease_to(*curve, from, curve->knots.back().value, Easing::smooth, source);
           ease_to(*curve, to, 0.0, curve == &going.envelope ? settled(next->easing) : next->easing, source);

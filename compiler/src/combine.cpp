@@ -38,17 +38,9 @@ std::uint32_t find_track(const Channels& channels, std::string_view name) {
   return kUnreachable;
 }
 
-/// One rule with its names resolved.
-struct Rule {
-  const Declaration* yields = nullptr;
-  const Declaration* takes = nullptr;
-  std::uint32_t track = kUnreachable;
-  NodeRef node;
-};
-
 /// The rules of a `combine` whose names are sound: others are reported where they are declared.
 void rules_of(NodeRef combine, const Declaration& a, const Declaration& b, const Channels& channels,
-              const Declarations& all, std::uint32_t lexicon, std::vector<Rule>& out) {
+              const Declarations& all, std::uint32_t lexicon, std::vector<CombineRule>& out) {
   for (NodeRef r : combine.children()) {
     if (!r.is(NodeKind::combine_rule) || r.has(lang::kFlagError)) continue;
     const Declaration* from = all.find_entry(r.at(1).text(), lexicon);
@@ -58,8 +50,8 @@ void rules_of(NodeRef combine, const Declaration& a, const Declaration& b, const
   }
 }
 
-std::vector<Rule> rules(std::uint32_t lexicon, const Channels& channels, const Declarations& all) {
-  std::vector<Rule> out;
+std::vector<CombineRule> rules(std::uint32_t lexicon, const Channels& channels, const Declarations& all) {
+  std::vector<CombineRule> out;
   std::set<std::pair<const Declaration*, const Declaration*>> seen;
   for (std::uint32_t at = lexicon; at != kUnreachable; at = all.lexicons[at].extends)
     for (const NodeRef combine : all.lexicons[at].combinations) {
@@ -104,22 +96,20 @@ Curve without(const Curve& c, const Curve& w, bool held) {
 
 }  // namespace
 
-void combine(ClipDraft& clip, std::uint32_t lexicon, const Scope& scope, Evaluator& evaluator) {
-  if (lexicon == kUnreachable) return;
-  const Channels& channels = evaluator.channels();
+bool combine(ClipDraft& clip, const std::vector<CombineRule>& rules, const Channels& channels) {
   const auto meant = [&](const Contribution& c, const Declaration* entry, std::uint32_t track) {
     const bool of_it = c.cause < clip.causes.size() && clip.causes[c.cause].entry == entry;
     return of_it && channels.channels[c.channel].track == track && !c.curve.empty();
   };
   /// What gives way, and to what; applied once all are known.
-  struct Giving {
+  struct Pair {
     std::size_t contribution;
     std::size_t taking;
-    NodeRef rule;
+    const CombineRule* rule;
   };
-  std::vector<Giving> givings;
+  std::vector<Pair> pairs;
   std::vector<Curve> takings;
-  for (const Rule& rule : rules(lexicon, channels, evaluator.declarations())) {
+  for (const CombineRule& rule : rules) {
     std::vector<Curve> envelopes;
     for (const Contribution& c : clip.contributions)
       if (meant(c, rule.takes, rule.track)) envelopes.push_back(c.envelope);
@@ -130,22 +120,29 @@ void combine(ClipDraft& clip, std::uint32_t lexicon, const Scope& scope, Evaluat
       const Contribution& c = clip.contributions[i];
       if (!meant(c, rule.yields, rule.track)) continue;
       const bool meets = w.knots.front().time_ns < c.end_ns && c.start_ns < w.knots.back().time_ns;
-      if (meets || (c.held && c.start_ns < w.knots.back().time_ns))
-        givings.push_back({i, takings.size() - 1, rule.node});
+      if (meets || (c.held && c.start_ns < w.knots.back().time_ns)) pairs.push_back({i, takings.size() - 1, &rule});
     }
   }
   std::size_t knots = 0;
-  for (const Giving& g : givings) {
-    Contribution& c = clip.contributions[g.contribution];
-    const Curve w = over_apex(takings[g.taking], c);
+  for (const Pair& p : pairs) {
+    Contribution& c = clip.contributions[p.contribution];
+    Curve w = over_apex(takings[p.taking], c);
     c.curve = without(c.curve, w, c.held);
     c.envelope = without(c.envelope, w, c.held);
-    c.gave_way = g.rule;
-    knots += c.curve.knots.size() + c.envelope.knots.size();
-    if (knots <= kMaxKnots) continue;
-    evaluator.report(scope, g.rule, TooLarge{"the number of knots in one clip", fmt::format("{}", kMaxKnots)});
-    return;
+    knots += c.curve.knots.size() + c.envelope.knots.size() + w.knots.size();
+    clip.givings.push_back({p.rule->node, p.rule->takes, std::move(w), c.gave_way});
+    c.gave_way = static_cast<std::uint32_t>(clip.givings.size() - 1);
+    if (knots > kMaxKnots) return false;
   }
+  return true;
+}
+
+void combine(ClipDraft& clip, std::uint32_t lexicon, const Scope& scope, Evaluator& evaluator) {
+  if (lexicon == kUnreachable) return;
+  const Channels& channels = evaluator.channels();
+  if (!combine(clip, rules(lexicon, channels, evaluator.declarations()), channels))
+    evaluator.report(scope, clip.givings.back().rule,
+                     TooLarge{"the number of knots in one clip", fmt::format("{}", kMaxKnots)});
 }
 
 void check_combinations(Evaluator& evaluator) {

@@ -45,6 +45,11 @@ Cause ExplanationRecorder::cause(const Contribution& c) const {
   out.end_ns = c.end_ns;
   out.span_start_ns = c.span_start_ns;
   out.span_end_ns = c.span_end_ns;
+  for (std::uint32_t g = c.gave_way; g != kUnreachable; g = clip_.givings[g].before) {
+    const Giving& giving = clip_.givings[g];
+    out.given.insert(out.given.begin(), Cause::Given{std::string(giving.to->name), giving.taken.value(time_ns_),
+                                                     giving.rule.tree().source_pointer(), giving.rule.range()});
+  }
   return out;
 }
 

@@ -92,10 +92,6 @@ bool known_entry_property(std::string_view name) {
   return false;
 }
 
-}  // namespace
-
-namespace {
-
 /// `when NAME`, `when NAME is WORD`: what the use says of a parameter. `no` is no, and so is a share of nothing.
 std::optional<bool> parameter_holds(NodeRef condition, const Scope& scope, Evaluator& evaluator) {
   const NodeRef name = condition.at(0);
@@ -271,10 +267,6 @@ Timing timing_of(NodeRef parent, PropertyOwner owner, const PlacementContext& co
   }
   return t;
 }
-
-}  // namespace
-
-namespace {
 
 void bad_company(NodeRef property, NodeRef at, std::string_view expected, const Scope& scope, Evaluator& evaluator) {
   evaluator.report(

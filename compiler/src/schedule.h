@@ -40,8 +40,8 @@ struct Contribution {
   lang::NodeRef used;  ///< where an utterance uses the entry that it is of; none where there is no such place
   /// Whether it may be joined with its neighbours from apex to apex: what has given way is no longer what its apex
   /// says.
-  [[nodiscard]] bool joins() const { return pose && !gave_way; }
-  lang::NodeRef gave_way;  ///< the rule by which another entry has taken some of it, `head from neg`
+  [[nodiscard]] bool joins() const { return pose && gave_way == kUnreachable; }
+  std::uint32_t gave_way = kUnreachable;  ///< index into the clip's givings: the last that took some of it
   Easing easing = Easing::smooth;
   bool pose = false;
   bool held = false;                    ///< no offset: it stands until another comes
@@ -78,6 +78,14 @@ struct DraftSource {
   std::string_view entry;
 };
 
+/// What another entry has taken of a contribution.
+struct Giving {
+  lang::NodeRef rule;  ///< `head from neg`
+  const Declaration* to = nullptr;
+  Curve taken;                          ///< the share, 0 to 1
+  std::uint32_t before = kUnreachable;  ///< index of the one before it, of the same contribution
+};
+
 /// One clip while it is made.
 struct ClipDraft {
   std::string name;
@@ -86,6 +94,7 @@ struct ClipDraft {
   std::int64_t end_ns = 0;
   std::vector<Contribution> contributions;
   std::vector<DraftCause> causes;
+  std::vector<Giving> givings;
   std::vector<DraftMarker> markers;
   std::vector<DraftSource> sources;
   std::size_t counted = 0;  ///< contributions whose knots are counted

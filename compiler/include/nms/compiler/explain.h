@@ -45,6 +45,14 @@ struct Cause {
     joined,    ///< co-articulated: with its neighbour it goes from apex to apex
   };
 
+  /// What a `combine` has let another entry take of it: `value` is what was left.
+  struct Given {
+    std::string to;  ///< the entry
+    double taken = 0.0;
+    std::shared_ptr<const lang::Source> source;
+    lang::Range range;  ///< the rule, `head from neg`
+  };
+
   std::shared_ptr<const lang::Source> source;
   lang::Range range;  ///< the component or step that moves it at the time
   std::string entry;  ///< the entry, or the expression; may be empty
@@ -55,9 +63,10 @@ struct Cause {
   Movement movement = Movement::pose;
   Phase phase = Phase::after;
   Fate fate = Fate::counted;
-  double value = 0.0;     ///< of its own curve
-  double envelope = 0.0;  ///< how far it has come, 0 to 1; an envelope takes no part in a profile
-  double peak = 0.0;      ///< the value of its own curve that is farthest from rest
+  std::vector<Given> given;  ///< in the order of the rules
+  double value = 0.0;        ///< of its own curve
+  double envelope = 0.0;     ///< how far it has come, 0 to 1; an envelope takes no part in a profile
+  double peak = 0.0;         ///< the value of its own curve that is farthest from rest
   std::int64_t start_ns = 0;
   std::int64_t apex_ns = 0;     ///< of a pose
   std::int64_t release_ns = 0;  ///< of a pose
