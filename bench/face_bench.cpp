@@ -1,18 +1,22 @@
+#include <cstddef>
+#include <map>
 #include <memory>
-#include <random>
 #include <string>
 #include <vector>
 
 #include <benchmark/benchmark.h>
 
 #include <nms/compiler/compile.h>
+#include <nms/program/play.h>
 #include <nms/program/program.h>
 #include <nms/runtime/face_x3d.h>
+#include <nms/runtime/gltf_export.h>
 #include <nms/runtime/rig.h>
 
 #include "../tests/embedded_library.h"
 
-/// What a frame of the face ada costs: values -> contractions -> points -> surface -> normals. 14,841 vertices.
+/// What a frame of the face ada costs: time -> values -> contractions -> points -> surface -> normals, at several
+/// densities of its surface; and what an export costs.
 namespace {
 
 using namespace nms;
@@ -23,87 +27,128 @@ struct Scene {
   runtime::Rig rig;
 };
 
-runtime::Face read_face() {
+/// Fifty targets: most units at once, each with a course of its own; mouth, lids, brows, cheeks, jaw and tongue move.
+constexpr const char* kSource = R"(
+timeline much 2s {
+  AU1 at 0.1s for 600ms;  AU2 at 0.2s for 500ms;  AU4 at 0.9s for 800ms;  AU5 at 0.3s for 400ms
+  AU6 at 0.5s for 900ms;  AU7 at 1.2s for 500ms;  AU9 at 0.8s for 300ms;  AU10 at 1.1s for 500ms
+  AU11 at 0.2s for 700ms;  AU12 at 0.4s for 900ms;  AU14 at 1.5s for 400ms;  AU15 at 1.4s for 500ms
+  AU16 at 0.6s for 300ms;  AU17 at 1.0s for 500ms;  AU20 at 0.2s for 400ms;  AU22 at 1.2s for 400ms
+  AU23 at 0.7s for 300ms;  AU26 at 0.3s for 900ms;  AU27 at 1.3s for 300ms
+  AU34 at 1.6s for 300ms;  AU38 at 0.5s for 500ms;  AU39 at 1.3s for 300ms;  AU43 at 1.0s for 200ms
+  AU13 at 0.9s for 300ms;  AU30L at 0.6s for 300ms;  AU29 at 1.4s for 400ms;  AU32 at 1.7s for 200ms
+  AU61 at 0.2s for 300ms;  AU63 at 0.7s for 400ms;  AU64 at 1.2s for 300ms;  AU51 at 0.4s for 900ms
+}
+)";
+
+runtime::Face read_face(double density) {
   for (const auto& file : stdlib::embedded_files()) {
-    if (file.path == "faces/ada.x3d") return runtime::read_face_x3d(file.text, "ada.x3d").value();
+    if (file.path == "faces/ada.x3d") return runtime::read_face_x3d(file.text, "ada.x3d", {density, 400'000}).value();
   }
   return {};
 }
 
-const Scene& scene() {
-  static const Scene made = [] {
+/// @param density  as TessellationSettings has it, in hundredths
+const Scene& scene(std::int64_t density) {
+  static std::map<std::int64_t, std::unique_ptr<Scene>> made;
+  std::unique_ptr<Scene>& one = made[density];
+  if (!one) {
     EmbeddedLibrary library;
     lang::Diagnostics diagnostics;
     compiler::CompileOptions options;
     options.face = "ada";
-    const std::string source = "expression e 1s { 100%: AU1 + AU4 + AU6 + AU12 + AU25 + AU26 + AU43 + AU63 }\n";
     const auto draft = compiler::compile(
-        {std::make_shared<const lang::Source>("bench.nms", source), library.find("faces/ada.nms", "")}, library,
+        {std::make_shared<const lang::Source>("bench.nms", kSource), library.find("faces/ada.nms", "")}, library,
         diagnostics, options);
     program::Image image = std::move(program::Image::from(draft.value()).value());
-    runtime::Face face = read_face();
+    runtime::Face face = read_face(static_cast<double>(density) / 100.0);
     runtime::Rig rig = runtime::bind(face, image.program()).value();
-    return Scene{std::move(face), std::move(image), std::move(rig)};
-  }();
-  return made;
+    one = std::make_unique<Scene>(Scene{std::move(face), std::move(image), std::move(rig)});
+  }
+  return *one;
 }
 
-/// Six units at once, other values every frame.
-void pose_a_frame(benchmark::State& state) {
-  const Scene& s = scene();
+// 5,000 vertices, the face's own, ... about 200,000.
+void densities(benchmark::internal::Benchmark* bench) {
+  for (const int density : {50, 100, 200, 350}) bench->Arg(density);
+}
+
+double vertices(const Scene& s) { return static_cast<double>(s.face.skin.surface.rows); }
+
+/// Frames of a clip in which most units act, 60 a second.
+void a_frame(benchmark::State& state) {
+  const Scene& s = scene(state.range(0));
+  const program::Program& program = s.image.program();
+  const program::Clip& clip = *program.find_clip("much");
   runtime::Pose pose = runtime::make_pose(s.face, s.rig);
-  std::mt19937 random(3);
+  program::Player player(program, clip);
   std::vector<float> values(s.rig.channel_count(), 0.0F);
+  std::int64_t time_ns = 0;
   for (auto _ : state) {
-    std::fill(values.begin(), values.end(), 0.0F);
-    for (int k = 0; k < 6; ++k) values[random() % values.size()] = static_cast<float>(random() % 101) / 100.0F;
+    player.advance(time_ns, values);
     runtime::pose_face(s.face, s.rig, values, pose);
+    time_ns = (time_ns + 16'666'667) % clip.end_ns;
     benchmark::DoNotOptimize(pose.normals.data());
     benchmark::ClobberMemory();
   }
-  state.counters["vertices"] = static_cast<double>(s.face.skin.surface.rows);
+  state.counters["vertices"] = vertices(s);
 }
-BENCHMARK(pose_a_frame);
+BENCHMARK(a_frame)->Apply(densities);
 
 void tessellate_alone(benchmark::State& state) {
-  const Scene& s = scene();
+  const Scene& s = scene(state.range(0));
   runtime::Pose pose = runtime::make_pose(s.face, s.rig);
   for (auto _ : state) {
-    runtime::multiply(s.face.skin.surface, pose.x, pose.positions);
+    runtime::multiply(s.rig.tables().moving_rows, pose.x, s.face.skin.offsets, pose.positions);
     benchmark::DoNotOptimize(pose.positions.data());
     benchmark::ClobberMemory();
   }
+  state.counters["vertices"] = vertices(s);
 }
-BENCHMARK(tessellate_alone);
+BENCHMARK(tessellate_alone)->Apply(densities);
 
 void normals_alone(benchmark::State& state) {
-  const Scene& s = scene();
+  const Scene& s = scene(state.range(0));
   runtime::Pose pose = runtime::make_pose(s.face, s.rig);
-  runtime::pose_face(s.face, s.rig, std::vector<float>(s.rig.channel_count(), 0.0F), pose);
   for (auto _ : state) {
-    runtime::area_weighted_normals(s.face.skin.primitives, pose.positions, pose.normals);
+    runtime::area_weighted_normals(s.rig.tables().moving_normals, pose.positions, pose.scratch, pose.normals);
     benchmark::DoNotOptimize(pose.normals.data());
     benchmark::ClobberMemory();
   }
+  state.counters["vertices"] = vertices(s);
 }
-BENCHMARK(normals_alone);
+BENCHMARK(normals_alone)->Apply(densities);
 
 void hold_apart_alone(benchmark::State& state) {
-  const Scene& s = scene();
+  const Scene& s = scene(state.range(0));
   runtime::Pose pose = runtime::make_pose(s.face, s.rig);
-  runtime::pose_face(s.face, s.rig, std::vector<float>(s.rig.channel_count(), 0.0F), pose);
   for (auto _ : state) {
     runtime::hold_vertices_apart(s.rig, pose);
     benchmark::DoNotOptimize(pose.positions.data());
     benchmark::ClobberMemory();
   }
+  state.counters["vertices"] = vertices(s);
 }
-BENCHMARK(hold_apart_alone);
+BENCHMARK(hold_apart_alone)->Apply(densities);
 
 void bind_a_rig(benchmark::State& state) {
-  const Scene& s = scene();
+  const Scene& s = scene(state.range(0));
   for (auto _ : state) benchmark::DoNotOptimize(runtime::bind(s.face, s.image.program()));
+  state.counters["vertices"] = vertices(s);
 }
-BENCHMARK(bind_a_rig)->Unit(benchmark::kMillisecond);
+BENCHMARK(bind_a_rig)->Apply(densities)->Unit(benchmark::kMillisecond);
+
+void export_a_clip(benchmark::State& state) {
+  const Scene& s = scene(state.range(0));
+  std::size_t bytes = 0;
+  for (auto _ : state) {
+    const auto glb = runtime::export_glb(s.face, s.rig, s.image.program(), {{"much"}, false, false, 0.0});
+    bytes = glb->size();
+    benchmark::DoNotOptimize(glb->data());
+  }
+  state.counters["vertices"] = vertices(s);
+  state.counters["bytes"] = static_cast<double>(bytes);
+}
+BENCHMARK(export_a_clip)->Arg(100)->Unit(benchmark::kMillisecond);
 
 }  // namespace

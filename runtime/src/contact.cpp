@@ -171,10 +171,9 @@ double TeethWall::edge_at(double along) const {
 }
 
 glm::dvec3 TeethWall::push(glm::dvec3 p, double room) const {
+  if (!reaches(p.x, p.z, room)) return glm::dvec3(0.0);
   const double z = p.z - back_z;
-  if (z <= 0.0) return glm::dvec3(0.0);
   const double squared = p.x * p.x + z * z;
-  if (squared >= (largest + room) * (largest + room)) return glm::dvec3(0.0);
   const double along = along_arch(p.x, z);
   const double height = upper ? p.y - (edge_at(along) - room) : edge_at(along) + room - p.y;
   if (height <= 0.0) return glm::dvec3(0.0);
@@ -335,34 +334,61 @@ double LipLine::height_at(double x) const {
 }
 
 // The upper row stands still in the head; the lower one has moved, so p is looked at from the jaw.
-static glm::dvec3 outside_teeth(const RigTables& t, const Placement& jaw, glm::dvec3 p, double room) {
-  if (t.walls[0].exists) p += t.walls[0].push(p, room);
-  if (!t.walls[1].exists) return p;
-  const glm::dmat3 back = glm::transpose(jaw.rotation);
-  const glm::dvec3 push = t.walls[1].push(back * (p - jaw.translation), room);
-  return push == glm::dvec3(0.0) ? p : p + jaw.rotation * push;
-}
+class Teeth {
+ public:
+  Teeth(const RigTables& t, const Placement& jaw)
+      : upper_(t.walls[0]), lower_(t.walls[1]), jaw_(jaw), back_(glm::transpose(jaw.rotation)) {}
+
+  /// Most of what is asked about is not. Numbers, not vectors: this is asked for every vertex about the mouth.
+  [[nodiscard]] bool reach(double x, double y, double z, double room) const {
+    if (upper_.reaches(x, z, room)) return true;
+    const double from_x = x - jaw_.translation.x;
+    const double from_y = y - jaw_.translation.y;
+    const double from_z = z - jaw_.translation.z;
+    const double in_jaw_x = back_[0].x * from_x + back_[1].x * from_y + back_[2].x * from_z;
+    const double in_jaw_z = back_[0].z * from_x + back_[1].z * from_y + back_[2].z * from_z;
+    return lower_.reaches(in_jaw_x, in_jaw_z, room);
+  }
+
+  [[nodiscard]] glm::dvec3 outside(const glm::dvec3& at, double room) const {
+    glm::dvec3 p = at;
+    if (upper_.exists) p += upper_.push(p, room);
+    if (!lower_.exists) return p;
+    const glm::dvec3 push = lower_.push(back_ * (p - jaw_.translation), room);
+    return push == glm::dvec3(0.0) ? p : p + jaw_.rotation * push;
+  }
+
+ private:
+  const TeethWall& upper_;
+  const TeethWall& lower_;
+  const Placement& jaw_;
+  glm::dmat3 back_;
+};
 
 void hold_points_off_teeth(const Rig& rig, Pose& pose) {
   const RigTables& t = rig.tables();
   const Placement jaw = jaw_in_head(rig, pose);
+  const Teeth teeth(t, jaw);
   for (const RigTables::MouthPoint& p : t.mouth_points) {
     glm::dvec3& point = pose.points[p.index];
-    point = outside_teeth(t, jaw, point, p.room);
+    if (!teeth.reach(point.x, point.y, point.z, p.room)) continue;
+    point = teeth.outside(point, p.room);
   }
 }
 
-static void hold_lips_apart(const RigTables& t, Pose& pose) {
+// Whether any had to move.
+static bool hold_lips_apart(const RigTables& t, Pose& pose) {
   find_lip_line(t.lip_vertices, pose.positions, pose.lip_line);
+  bool moved = false;
   for (const RigTables::LipVertex& v : t.lip_vertices) {
     glm::vec3& p = pose.positions[v.vertex];
     const double line = pose.lip_line.height_at(p.x);
-    if (v.upper) {
-      p.y = static_cast<float>(std::max(static_cast<double>(p.y), line - v.slack));
-    } else {
-      p.y = static_cast<float>(std::min(static_cast<double>(p.y), line + v.slack));
-    }
+    const double y = static_cast<double>(p.y);
+    const double held = v.upper ? std::max(y, line - v.slack) : std::min(y, line + v.slack);
+    moved = moved || held != y;
+    p.y = static_cast<float>(held);
   }
+  return moved;
 }
 
 void hold_vertices_apart(const Rig& rig, Pose& pose) {
@@ -376,15 +402,20 @@ void hold_vertices_apart(const Rig& rig, Pose& pose) {
       pose.positions[v.vertex] = glm::vec3(eye.centre + v.least / std::sqrt(squared) * from);
     }
   }
-  hold_lips_apart(t, pose);
+  bool moved = hold_lips_apart(t, pose);
   const Placement jaw = jaw_in_head(rig, pose);
+  const Teeth teeth(t, jaw);
   for (const RigTables::MouthPoint& p : t.mouth_vertices) {
-    const glm::dvec3 at(pose.positions[p.index]);
-    const glm::dvec3 moved = outside_teeth(t, jaw, at, p.room);
-    if (moved != at) pose.positions[p.index] = glm::vec3(moved);
+    const glm::vec3& vertex = pose.positions[p.index];
+    if (!teeth.reach(vertex.x, vertex.y, vertex.z, p.room)) continue;
+    const glm::dvec3 at(vertex);
+    const glm::dvec3 outside = teeth.outside(at, p.room);
+    if (outside == at) continue;
+    pose.positions[p.index] = glm::vec3(outside);
+    moved = true;
   }
   // What was pushed off the teeth may have gone past the line again.
-  hold_lips_apart(t, pose);
+  if (moved) hold_lips_apart(t, pose);
 }
 
 }  // namespace nms::runtime

@@ -2,7 +2,6 @@
 #include <cassert>
 #include <cmath>
 
-#include <nms/runtime/sparse_matrix.h>
 #include <nms/runtime/trigonometry.h>
 
 #include "rig_parts.h"
@@ -84,6 +83,8 @@ Pose make_pose(const Face& face, const Rig& rig) {
     pose.parts[drive.mesh] = face.rigid[drive.mesh].positions;
     pose.part_normals[drive.mesh] = face.rigid[drive.mesh].normals;
   }
+  pose.scratch = make_normal_scratch(rig.tables().moving_normals, pose.positions.size());
+  make_whole_surface(face, rig, pose);
   return pose;
 }
 
@@ -151,40 +152,6 @@ void move_points(const Face& face, const Rig& rig, Pose& pose) {
   }
   hold_points_off_teeth(rig, pose);
   part_lips(rig, pose);
-}
-
-void area_weighted_normals(std::span<const Primitive> primitives, std::span<const glm::vec3> positions,
-                           std::span<glm::vec3> normals) {
-  for (glm::vec3& n : normals) n = glm::vec3(0.0F);
-  for (const Primitive& primitive : primitives) {
-    for (std::size_t i = 0; i + 2 < primitive.triangles.size(); i += 3) {
-      const std::uint32_t a = primitive.triangles[i];
-      const std::uint32_t b = primitive.triangles[i + 1];
-      const std::uint32_t c = primitive.triangles[i + 2];
-      // Twice the triangle's area along its normal.
-      const glm::vec3 n = glm::cross(positions[b] - positions[a], positions[c] - positions[a]);
-      normals[a] += n;
-      normals[b] += n;
-      normals[c] += n;
-    }
-  }
-  for (glm::vec3& n : normals) {
-    const float squared = n.x * n.x + n.y * n.y + n.z * n.z;
-    if (squared > 1e-30F) {
-      const float length = std::sqrt(squared);
-      n = glm::vec3(n.x / length, n.y / length, n.z / length);
-    } else {
-      n = glm::vec3(0.0F, 0.0F, 1.0F);  // no triangle here, or one without area
-    }
-  }
-}
-
-void make_surface(const Face& face, const Rig& rig, Pose& pose) {
-  for (std::size_t i = 0; i < pose.points.size(); ++i) pose.x[i] = glm::vec3(pose.points[i]);
-  multiply(face.skin.surface, pose.x, pose.positions);
-  for (std::size_t v = 0; v < pose.positions.size(); ++v) pose.positions[v] += face.skin.offsets[v];
-  hold_vertices_apart(rig, pose);
-  area_weighted_normals(face.skin.primitives, pose.positions, pose.normals);
 }
 
 void pose_face(const Face& face, const Rig& rig, std::span<const float> values, Pose& pose) {

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <nms/runtime/mesh_normals.h>
 #include <nms/runtime/sparse_matrix.h>
 #include <nms/runtime/trigonometry.h>
 
@@ -371,6 +372,7 @@ tl::expected<Rig, Failure> bind(const Face& face, const Program& program) {
   parts.make_pivots();
   parts.make_head_share();
   parts.mark_actuated();
+  parts.make_moving_surface();
   return Rig(std::move(parts.rig));
 }
 

@@ -52,6 +52,7 @@ struct RigParts {
   void make_pivots();
   void make_head_share();
   void mark_actuated();
+  void make_moving_surface();
 
   std::string name_of(const program::Muscle& muscle) const {
     return fmt::format("muscle {}", program.string(muscle.name));
@@ -84,6 +85,9 @@ void part_lips(const Rig& rig, Pose& pose);
 
 /// The line between the lips where these vertices stand.
 void find_lip_line(std::span<const RigTables::LipVertex> lips, std::span<const glm::vec3> positions, LipLine& line);
+
+/// Positions and normals of every vertex, those that no muscle moves too.
+void make_whole_surface(const Face& face, const Rig& rig, Pose& pose);
 
 /// Holds independent points out of the teeth, with room to spare. Needs motions.
 void hold_points_off_teeth(const Rig& rig, Pose& pose);

@@ -257,6 +257,28 @@ SpinePlace between(const SpinePlaces& places, double s) {
           a.stretch + u * (b.stretch - a.stretch), a.flat + u * (b.flat - a.flat)};
 }
 
+// What stands across the spine where a vertex is at rest.
+struct CrossSection {
+  double z = 0.0;       // at rest                    [m]
+  double height = 0.0;  // y of its middle at rest    [m]
+  glm::dvec3 at{0.0};
+  glm::dvec3 across{0.0};
+  glm::dvec3 up{0.0};
+};
+
+CrossSection cross_section(const RigTables::Spine& spine, const SpinePlaces& places, double z) {
+  const double s = (z - spine.back_z) / spine.length;
+  const SpinePlace place = between(places, s);
+  const double step = std::clamp(s, 0.0, 1.0) * kSpineSteps;
+  const int i = std::min(static_cast<int>(step), kSpineSteps - 1);
+  const double a = spine.height[static_cast<std::size_t>(i)];
+  const double height = a + (step - i) * (spine.height[static_cast<std::size_t>(i + 1)] - a);
+  const double thin = 1.0 / std::sqrt(std::max(place.stretch, 0.25));
+  const double sp = sine(place.pitch), cp = cosine(place.pitch);
+  const double sy = sine(place.yaw), cy = cosine(place.yaw);
+  return {z, height, place.at, thin * glm::dvec3(cy, 0.0, -sy), thin * place.flat * glm::dvec3(sy * sp, cp, cy * sp)};
+}
+
 }  // namespace
 
 void bend_parts(const Face& face, const Rig& rig, Pose& pose) {
@@ -274,20 +296,12 @@ void bend_parts(const Face& face, const Rig& rig, Pose& pose) {
     const Gate gate(rig, pose);
     const double out = gate.exists() ? rise(0.0, kLiftTo, *forward) : 0.0;
     if (out > 0.0) lead_through(spine, gate, out, places);
+    CrossSection section;
     for (std::size_t v = 0; v < positions.size(); ++v) {
       const glm::dvec3 p(rest.positions[v]);
-      const double s = (p.z - spine.back_z) / spine.length;
-      const SpinePlace place = between(places, s);
-      const double step = std::clamp(s, 0.0, 1.0) * kSpineSteps;
-      const int i = std::min(static_cast<int>(step), kSpineSteps - 1);
-      const double a = spine.height[static_cast<std::size_t>(i)];
-      const double height = a + (step - i) * (spine.height[static_cast<std::size_t>(i + 1)] - a);
-      const double thin = 1.0 / std::sqrt(std::max(place.stretch, 0.25));
-      const double across = thin * p.x;
-      const double up = thin * place.flat * (p.y - height);
-      const double sp = sine(place.pitch), cp = cosine(place.pitch);
-      const double sy = sine(place.yaw), cy = cosine(place.yaw);
-      glm::dvec3 q = place.at + across * glm::dvec3(cy, 0.0, -sy) + up * glm::dvec3(sy * sp, cp, cy * sp);
+      // Vertices come ring by ring.
+      if (v == 0 || p.z != section.z) section = cross_section(spine, places, p.z);
+      glm::dvec3 q = section.at + p.x * section.across + (p.y - section.height) * section.up;
       // A cross-section is wider than its spine: off the middle there may be less room.
       if (out > 0.0) {
         glm::dvec3 in_head = gate.to_head(q);

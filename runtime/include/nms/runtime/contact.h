@@ -31,6 +31,13 @@ struct TeethWall {
   /// The shortest way out of the solid, grown by `room`; none outside it. Continuous but for the solid's middle.
   [[nodiscard]] glm::dvec3 push(glm::dvec3 p, double room) const;
 
+  /// Whether push() of a point there may be other than none: it is no further out than the furthest tooth.
+  [[nodiscard]] bool reaches(double x, double z, double room) const {
+    const double ahead = z - back_z;
+    const double reach = largest + room;
+    return exists && ahead > 0.0 && x * x + ahead * ahead < reach * reach;
+  }
+
   /// Along is -1 at the far right, 0 in front, 1 at the far left.
   [[nodiscard]] double radius_at(double along, double y) const;
   [[nodiscard]] double edge_at(double along) const;

@@ -17,7 +17,9 @@
 #include <nms/program/program.h>
 #include <nms/runtime/contact.h>
 #include <nms/runtime/face.h>
+#include <nms/runtime/mesh_normals.h>
 #include <nms/runtime/muscle.h>
+#include <nms/runtime/sparse_matrix.h>
 
 namespace nms::runtime {
 
@@ -167,6 +169,8 @@ struct RigTables {
   std::vector<LipVertex> lip_vertices;
   std::array<glm::dvec3, kFrameCount> pivots{};  ///< by runtime::Frame                               [m]
   std::vector<float> head_share;                 ///< V in [0, 1]
+  RowBlocks moving_rows;                         ///< of T: vertices that the rig can move
+  NormalSums moving_normals;                     ///< and the normals about them
 };
 
 class Rig {
@@ -211,6 +215,7 @@ struct Pose {
   LipLine lip_line;                                  ///< of the vertices, before they are held apart
   std::vector<std::vector<glm::vec3>> parts;         ///< by rigid mesh: its vertices where it bends, else empty [m]
   std::vector<std::vector<glm::vec3>> part_normals;  ///< the same, unit
+  NormalScratch scratch;
 };
 
 /// Looks up landmarks and regions, computes activation sets, margins, pivots.
@@ -248,7 +253,8 @@ void bend_parts(const Face& face, const Rig& rig, Pose& pose);
 /// Holds vertices out of the eyeballs and the teeth, and the lips apart. Needs `pose.positions` and motions.
 void hold_vertices_apart(const Rig& rig, Pose& pose);
 
-/// positions and normals from `pose.points`, vertices held apart.
+/// positions and normals from `pose.points`, vertices held apart. Vertices that nothing of the rig can move stay as
+/// make_pose() left them.
 void make_surface(const Face& face, const Rig& rig, Pose& pose);
 
 /// All of the above in order. Cost O(activated points + non-zeros of T + triangles). No allocation. Safe from many
@@ -258,9 +264,5 @@ void pose_face(const Face& face, const Rig& rig, std::span<const float> values, 
 /// Skin positions and normals in the face's coordinates: the head's and the torso's movement, shared out by head_share.
 /// @param positions, normals  out, V each
 void place_skin(const Rig& rig, const Pose& pose, std::span<glm::vec3> positions, std::span<glm::vec3> normals);
-
-/// Area-weighted unit normals over all primitives, summed in the order of the triangles.
-void area_weighted_normals(std::span<const Primitive> primitives, std::span<const glm::vec3> positions,
-                           std::span<glm::vec3> normals);
 
 }  // namespace nms::runtime
