@@ -1,4 +1,6 @@
 #include <cmath>
+#include <cstdlib>
+#include <fstream>
 #include <map>
 #include <memory>
 #include <set>
@@ -223,6 +225,66 @@ TEST(StandardLibrary, AQuestionFurrowsTheBrowThroughItsClause) {
   EXPECT_EQ(values[au4], 0.0F);
   player.advance(1'200'000'000, values);
   EXPECT_EQ(values[au1], 0.0F);
+}
+
+/// What a FACS string asks of each channel at its strongest.
+std::map<std::string, float> strongest(const std::string& facs) {
+  const auto image = compile_text("timeline t 2s { facs \"" + facs + "\" over 0.5s..1.5s }");
+  const program::Program& p = image.program();
+  std::map<std::string, float> out;
+  const program::Clip* clip = p.find_clip("t");
+  if (clip == nullptr) return out;
+  std::vector<float> values(p.channels.size());
+  program::Player player(p, *clip);
+  for (std::int64_t t = clip->start_ns; t <= clip->end_ns; t += 10'000'000) {
+    player.advance(t, values);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (std::abs(values[i]) > 1e-4F) {
+        float& most = out[std::string(p.string(p.channels[i].name))];
+        most = std::max(most, std::abs(values[i]));
+      }
+  }
+  return out;
+}
+
+TEST(FacsStrings, AreReadAsCodersWriteThem) {
+  using Units = std::map<std::string, float>;
+  const std::vector<std::pair<std::string, Units>> samples = {
+      {"6+12", {{"AU6L", 1.0F}, {"AU6R", 1.0F}, {"AU12L", 1.0F}, {"AU12R", 1.0F}}},
+      {"R12A+R14A", {{"AU12R", 0.2F}, {"AU14R", 0.2F}}},
+      {"5B+26", {{"AU5L", 0.4F}, {"AU5R", 0.4F}, {"AU26", 1.0F}}},
+      {"6+12*", {{"AU6L", 1.0F}, {"AU6R", 1.0F}, {"AU12L", 0.6F}, {"AU12R", 0.6F}}},
+      {"17+23 or 24", {{"AU17", 1.0F}, {"AU23", 1.0F}}},
+      {"9, 9+16+25, 26", {{"AU9L", 1.0F}, {"AU9R", 1.0F}}},
+      {"U14", {{"AU14R", 1.0F}}},
+      {"AU25 26b", {{"AU25", 1.0F}, {"AU26", 0.4F}}},
+      {"M60", {{"head_yaw", 12.0F / 75.0F}}},
+  };
+  for (const auto& [text, wanted] : samples) {
+    const Units got = strongest(text);
+    EXPECT_EQ(got.size(), wanted.size()) << text;
+    for (const auto& [channel, value] : wanted) {
+      ASSERT_TRUE(got.contains(channel)) << text << ": " << channel;
+      EXPECT_NEAR(got.at(channel), value, 1e-3F) << text << ": " << channel;
+    }
+  }
+}
+
+/// A file of strings found in the wild, name and string in each line with a tab between; `#` begins a remark.
+TEST(FacsStrings, OfTheWildAreAllRead) {
+  const char* const given = std::getenv("NMS_FACS_STRINGS");
+  const std::string path =
+      given != nullptr ? given : std::string(NMS_SOURCE_DIR) + "/../shared/data/facs/facs_strings.txt";
+  std::ifstream file(path);
+  if (!file) GTEST_SKIP() << "no strings (set NMS_FACS_STRINGS to a file of them)";
+  std::size_t read = 0;
+  for (std::string line; std::getline(file, line);) {
+    const std::size_t tab = line.find('\t');
+    if (line.starts_with('#') || tab == std::string::npos) continue;
+    ++read;
+    EXPECT_FALSE(strongest(line.substr(tab + 1)).empty()) << line;
+  }
+  EXPECT_GT(read, 0U) << path;
 }
 
 TEST(StandardLibrary, ANodGoesDownFirst) {

@@ -45,6 +45,4 @@ std::optional<ActionUnit> read_action_unit(std::string_view text) {
   return std::nullopt;
 }
 
-std::optional<ActionUnit> read_facs_unit(std::string_view text) { return read(text); }
-
 }  // namespace nms::compiler

@@ -19,7 +19,4 @@ struct ActionUnit {
 /// Reads `AU12`, `AU14RC`, `AU20LB`, `LAU12`. Nothing for anything else.
 [[nodiscard]] std::optional<ActionUnit> read_action_unit(std::string_view text);
 
-/// Reads one unit of a FACS string: `12`, `5B`, `L20B`, `R12A`, `20LB`.
-[[nodiscard]] std::optional<ActionUnit> read_facs_unit(std::string_view text);
-
 }  // namespace nms::compiler

@@ -119,7 +119,7 @@ Description UnknownPhone::describe() const {
 
 Description BadFacsString::describe() const {
   return {fmt::format("\"{}\" in a FACS string {}", text, reason),
-          {"write units joined by +, each with an optional side and intensity: \"1C+2C+L20B\""},
+          {"write units joined by +, each with an optional side and intensity: \"1C+2C+L20B\"; alternatives by , or /"},
           {{"text", text}, {"reason", reason}}};
 }
 
@@ -335,6 +335,12 @@ Description Saturated::describe() const {
   return {fmt::format("{} adds up to {} and is held at {}", channel, sum, held),
           {},
           {{"channel", channel}, {"sum", sum}, {"held", held}}};
+}
+
+Description OneLip::describe() const {
+  return {fmt::format("{} scores the {} lip alone, and {} moves both", text, lip, unit),
+          {fmt::format("write it without {}, if both is what is meant", lip == "upper" ? "T" : "B")},
+          {{"text", text}, {"unit", unit}, {"lip", lip}}};
 }
 
 Description UnusedTimes::describe() const {

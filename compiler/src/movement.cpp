@@ -109,34 +109,6 @@ bool Evaluator::action_unit(NodeRef token, const Scale& scale, const Scope& scop
   return add_unit(token.text(), unit->number, unit->side, unit->intensity, scale, token, scope, into.pose);
 }
 
-bool Evaluator::facs(NodeRef node, const Scale& scale, const Scope& scope, Movement& into) {
-  const NodeRef string = node.child(NodeKind::string);
-  if (!string) return false;
-  const std::string written = unquoted(string);
-  const std::string_view text = written;
-  bool good = true;
-  std::size_t begin = 0;
-  while (begin <= text.size()) {
-    const std::size_t plus = std::min(text.find('+', begin), text.size());
-    std::string_view unit_text = text.substr(begin, plus - begin);
-    while (!unit_text.empty() && unit_text.front() == ' ') unit_text.remove_prefix(1);
-    while (!unit_text.empty() && unit_text.back() == ' ') unit_text.remove_suffix(1);
-    begin = plus + 1;
-    if (const auto unit = read_facs_unit(unit_text)) {
-      good = add_unit(unit_text, unit->number, unit->side, unit->intensity, scale, string, scope, into.pose) && good;
-    } else {
-      const bool star = unit_text.find('*') != std::string_view::npos;
-      const bool alternative = unit_text.find_first_of(",/") != std::string_view::npos;
-      report(scope, string,
-             BadFacsString{std::string(unit_text), star          ? "asks for any intensity, which is not yet compiled"
-                                                   : alternative ? "offers alternatives, which are not yet compiled"
-                                                                 : "is not a unit"});
-      good = false;
-    }
-  }
-  return good;
-}
-
 bool Evaluator::scales_without_unit(const Scale& scale, const Scope& scope) {
   if (scale.unit == Unit::none) return true;
   report(scope, scale.node,

@@ -16,6 +16,7 @@
 #include "channels.h"
 #include "curve.h"
 #include "declarations.h"
+#include "facs_string.h"
 #include "outside_times.h"
 #include "places.h"
 #include "pose_store.h"
@@ -178,6 +179,8 @@ class Evaluator {
                               const Scale& scale, lang::NodeRef at, const Scope& scope, Pose& into);
   [[nodiscard]] bool mouthing(lang::NodeRef node, const Scale& scale, const Scope& scope, Movement& into);
   [[nodiscard]] bool facs(lang::NodeRef node, const Scale& scale, const Scope& scope, Movement& into);
+  [[nodiscard]] bool facs_unit(const FacsUnit& u, const Scale& scale, lang::NodeRef at, const Scope& scope,
+                               Movement& into);
   [[nodiscard]] bool named(lang::NodeRef name, lang::NodeRef call, const Scale& scale, const Scope& scope,
                            Movement& into);
   /// `gaze j`: towards a place of the discourse, by the movement `gaze_towards`.

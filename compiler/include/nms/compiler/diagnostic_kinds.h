@@ -57,6 +57,7 @@ namespace nms::compiler {
   X(SharedLabel, shared_label, warning)                   \
   X(CyclesRounded, cycles_rounded, warning)               \
   X(Saturated, saturated, warning)                        \
+  X(OneLip, one_lip, warning)                             \
   X(UnusedTimes, unused_times, warning)
 // clang-format on
 
@@ -332,6 +333,13 @@ struct Saturated {
   std::string channel;
   std::string sum;
   std::string held;  ///< where it is held: 100%, 0%, or -100% on an axis
+};
+/// A FACS string scores one lip alone, and the unit moves both.
+struct OneLip {
+  NMS_KIND(one_lip, warning);
+  std::string text;  ///< "T23B"
+  std::string unit;  ///< "AU23"
+  std::string lip;   ///< upper, lower
 };
 /// Rows of a table of times that nothing asked for.
 struct UnusedTimes {
