@@ -290,6 +290,17 @@ void check_entries_named(NodeRef property, const Declaration& entry, const Scope
   }
 }
 
+/// `evidence CLASS`.
+void check_evidence(NodeRef property, const Scope& scope, Evaluator& evaluator) {
+  const NodeRef value = property.at(1);
+  for (const std::string_view known : {"opened", "abstract", "secondary", "memory", "engineering"})
+    if (value && !property.at(2) && value.text() == known) return;
+  const NodeRef wrong = property.at(2) ? property.at(2) : value;
+  evaluator.report(scope, wrong ? wrong : property,
+                   BadProperty{"evidence", std::string(wrong ? wrong.text() : "nothing"),
+                               "one of opened, abstract, secondary, memory and engineering"});
+}
+
 /// `competes NAME [COUNT]`.
 void check_competes(NodeRef property, const Scope& scope, Evaluator& evaluator) {
   if (!property.at(1) || !property.at(1).is(NodeKind::name))
@@ -369,6 +380,7 @@ void schedule_entry(ClipDraft& clip, const Declaration& entry, const EntryUse& u
                           "an entry",
                           {"label", "alias", "meaning", "source", "evidence", "id", "synonym", "spreads", "onset",
                            "offset", "lead", "lag", "easing", "profile", "held", "competes", "before", "excludes"}});
+    if (is_property(item) && item.at(0).text() == "evidence") check_evidence(item, scope, evaluator);
     if (is_property(item)) check_company(item, entry, context, use.node, scope, evaluator);
     scheduling.item(item);
   }
