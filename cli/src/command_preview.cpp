@@ -196,7 +196,7 @@ void run(const GlobalOptions& global, const PreviewOptions& options, SourceFiles
                                             : fmt::format("{}: every action unit at 100 %", options.face);
   const auto sheet = draw_sheet(options, moments, *views, *face, *rig, title);
   if (!sheet) {
-    add_failure(diagnostics, {"no_picture", options.face, sheet.error().cause, "make the pictures smaller"});
+    add_failure(diagnostics, {"no_picture", options.face, sheet.error().cause, sheet.error().remedy});
     return;
   }
   if (const auto failure = write_file(options.output, picture::encode_png(*sheet))) add_failure(diagnostics, *failure);

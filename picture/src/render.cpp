@@ -9,9 +9,10 @@
 #include <optional>
 #include <thread>
 
-#include <embree3/rtcore.h>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
+
+#include "embree_library.h"
 
 namespace nms::picture {
 namespace {
@@ -47,8 +48,8 @@ struct Reach {
 using Reaches = std::vector<Reach>;  // by vertex
 
 struct Releaser {
-  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
-  void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
+  void operator()(RTCDevice device) const { embree()->rtcReleaseDevice(device); }
+  void operator()(RTCScene scene) const { embree()->rtcReleaseScene(scene); }
 };
 using Device = std::unique_ptr<RTCDeviceTy, Releaser>;
 using Scene = std::unique_ptr<RTCSceneTy, Releaser>;
@@ -116,13 +117,16 @@ class Renderer {
       if (const char* wrong = defect(m)) return RenderFailure{wrong};
     if (options_.width < 1 || options_.height < 1 || options_.threads < 1)
       return RenderFailure{"a picture needs pixels and a thread"};
-    device_.reset(rtcNewDevice("threads=1"));
+    if (!embree()) return embree().error();
+    embree_ = *embree();
+    device_.reset(embree_.rtcNewDevice("threads=1"));
     if (!device_) return RenderFailure{"Embree found no device"};
-    scene_.reset(rtcNewScene(device_.get()));
-    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
+    scene_.reset(embree_.rtcNewScene(device_.get()));
+    embree_.rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
     for (const Mesh& m : meshes_) add(m);
-    rtcCommitScene(scene_.get());
-    if (rtcGetDeviceError(device_.get()) != RTC_ERROR_NONE) return RenderFailure{"Embree could not build the scene"};
+    embree_.rtcCommitScene(scene_.get());
+    if (embree_.rtcGetDeviceError(device_.get()) != RTC_ERROR_NONE)
+      return RenderFailure{"Embree could not build the scene"};
     light();
     return std::nullopt;
   }
@@ -178,19 +182,19 @@ class Renderer {
   }
 
   void add(const Mesh& m) {
-    RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+    RTCGeometry geometry = embree_.rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
     if (!m.triangles.empty()) {
-      auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+      auto* vertices = static_cast<float*>(embree_.rtcSetNewGeometryBuffer(
           geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), m.positions.size()));
       for (const glm::vec3& p : m.positions)
         for (int c = 0; c < 3; ++c) *vertices++ = p[c];
-      auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+      auto* indices = static_cast<std::uint32_t*>(embree_.rtcSetNewGeometryBuffer(
           geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), m.triangles.size() / 3));
       std::copy(m.triangles.begin(), m.triangles.end(), indices);
     }
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene_.get(), geometry);  // ids count up: they are the meshes' indices
-    rtcReleaseGeometry(geometry);
+    embree_.rtcCommitGeometry(geometry);
+    embree_.rtcAttachGeometry(scene_.get(), geometry);  // ids count up: they are the meshes' indices
+    embree_.rtcReleaseGeometry(geometry);
   }
 
   bool blocked(const glm::vec3& from, const glm::vec3& direction, float reach, float* distance = nullptr) const {
@@ -198,13 +202,13 @@ class Renderer {
     rtcInitIntersectContext(&context);
     if (distance == nullptr) {
       RTCRay ray = ray_from(from, direction, reach);
-      rtcOccluded1(scene_.get(), &context, &ray);
+      embree_.rtcOccluded1(scene_.get(), &context, &ray);
       return ray.tfar < 0.0F;
     }
     RTCRayHit hit{};
     hit.ray = ray_from(from, direction, reach);
     hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene_.get(), &context, &hit);
+    embree_.rtcIntersect1(scene_.get(), &context, &hit);
     *distance = hit.ray.tfar;
     return hit.hit.geomID != RTC_INVALID_GEOMETRY_ID;
   }
@@ -267,7 +271,7 @@ class Renderer {
     RTCRayHit hit{};
     hit.ray = ray_from(view.eye, direction, std::numeric_limits<float>::infinity());
     hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene_.get(), &context, &hit);
+    embree_.rtcIntersect1(scene_.get(), &context, &hit);
     if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return glm::mix(kBackdropTop, kBackdropBottom, y / view.height);
     return shade(hit, direction);
   }
@@ -324,6 +328,7 @@ class Renderer {
 
   const std::vector<Mesh>& meshes_;
   RenderOptions options_;
+  EmbreeLibrary embree_;
   Device device_;
   Scene scene_;
   std::vector<Reaches> front_;  ///< by mesh

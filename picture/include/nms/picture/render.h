@@ -42,6 +42,7 @@ struct RenderOptions {
 /// Why there is no picture.
 struct RenderFailure {
   std::string cause;
+  std::string remedy = "make the pictures smaller";
 };
 
 /// One scene seen by several cameras: light, and how much of it reaches each vertex, is worked out once.
@@ -50,7 +51,7 @@ struct RenderFailure {
 /// from behind, and a sky darkened by what surrounds a point (ambient occlusion over 50 mm). Shadows are soft: each
 /// vertex looks at points over the key light's disc. Nine rays a pixel.
 ///
-/// Failures: an index past the vertices, arrays of different lengths, a picture without pixels, Embree's own.
+/// Failures: an index past the vertices, arrays of different lengths, a picture without pixels, Embree not installed, Embree's own.
 /// Deterministic on one machine; the last bits of a pixel may differ between processors.
 [[nodiscard]] tl::expected<std::vector<Image>, RenderFailure> render(const std::vector<Mesh>& meshes,
                                                                      const std::vector<Camera>& cameras,
