@@ -24,6 +24,7 @@
 #include "merge.h"
 #include "movement.h"
 #include "name_index.h"
+#include "plain_movement.h"
 #include "rig.h"
 #include "test_run.h"
 
@@ -55,26 +56,6 @@ void check_movement(const Declaration& d, Evaluator& evaluator) {
                        Saturated{c.name, fmt::format("{:.4g}%", a.value * 100.0),
                                  fmt::format("{:.4g}%", a.value > 1.0 ? 100.0 : c.low() * 100.0)});
   }
-}
-
-/// Tables of a large file do not fit in the processor's cache, and a step may name any pose: what the movements after
-/// `number` will need is asked for in good time. Changes nothing.
-void look_ahead(std::size_t number, const Evaluator& evaluator) {
-  constexpr std::size_t kSlots = 12, kPoses = 5;
-  constexpr std::size_t kLarge = 5'000;
-  const std::vector<Declaration>& movements = evaluator.declarations().movements;
-  if (movements.size() < kLarge) return;
-  const auto names = [&](std::size_t ahead, auto prefetch) {
-    if (number + ahead >= movements.size()) return;
-    const NodeRef node = movements[number + ahead].node;
-    if (!node.is(NodeKind::expression)) return;
-    const lang::NodeList& nodes = node.tree().nodes();
-    const std::uint32_t next = nodes.next(node.index());
-    for (std::uint32_t i = node.index() + 2; i < next; ++i)
-      if (nodes.kind(i) == NodeKind::name) prefetch(NodeRef(&node.tree(), i).text());
-  };
-  names(kSlots, [&](std::string_view name) { evaluator.declarations().prefetch_movement(name); });
-  names(kPoses, [&](std::string_view name) { evaluator.prefetch(name); });
 }
 
 /// All that becomes clips, in the order it is declared, file by file.
@@ -326,10 +307,10 @@ std::optional<program::Draft> compile_all(const std::vector<std::shared_ptr<cons
   emitter.channels(channels);
   build_rig(options.face, evaluator, emitter);
 
-  for (std::size_t i = 0; i < declarations.movements.size(); ++i) {
-    look_ahead(i, evaluator);
+  PlainMovements plain(evaluator);
+  for (std::uint32_t i = 0; i < declarations.movements.size(); ++i) {
     const Declaration& d = declarations.movements[i];
-    if (files[d.file].root) check_movement(d, evaluator);
+    if (files[d.file].root && !plain.work_out(i)) check_movement(d, evaluator);
   }
   for (const Declaration& d : declarations.degrees)
     if (files[d.file].root) evaluator.degree_of(d);

@@ -1,6 +1,7 @@
 #include "declarations.h"
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <unordered_set>
 
@@ -40,6 +41,17 @@ namespace {
 std::string_view name_of(NodeRef declaration) {
   const NodeRef name = declaration.child(NodeKind::name);
   return name ? name.text() : std::string_view();
+}
+
+/// Parameters stand right behind the name.
+NodeRef params_of(NodeRef movement) {
+  if (movement.has(lang::kFlagError)) return movement.child(NodeKind::params);
+  bool named = false;
+  for (NodeRef part : movement.children()) {
+    if (named) return part.is(NodeKind::params) ? part : NodeRef();
+    named = part.is(NodeKind::name);
+  }
+  return {};
 }
 
 void report_duplicate(const char* what, std::string_view name, const std::vector<LoadedFile>& files, std::uint32_t file,
@@ -119,18 +131,26 @@ Declarations Declarations::collect(std::vector<LoadedFile>& files, lang::SourceP
   for (std::uint32_t i = 0; i < files.size(); ++i) {
     const lang::Tree& tree = *files[i].tree;
     const std::vector<lang::DeclarationRef>& declarations = tree.declarations();
+    // The index of a large file is larger than the processor's cache: memory is asked for it in good time.
+    constexpr std::size_t kAhead = 8;
+    std::array<NameKey, kAhead> names;
+    const auto look_at = [&](std::size_t k) {
+      if (k >= declarations.size()) return;
+      names[k % kAhead] = NameKey(name_of(tree.at(declarations[k])));
+      all.movement_index_.prefetch(names[k % kAhead]);
+    };
+    for (std::size_t k = 0; k < kAhead; ++k) look_at(k);
     for (std::size_t k = 0; k < declarations.size(); ++k) {
-      // The index of a large file is larger than the processor's cache.
-      constexpr std::size_t kAhead = 8;
-      if (k + kAhead < declarations.size()) all.movement_index_.prefetch(name_of(tree.at(declarations[k + kAhead])));
+      const NameKey key = names[k % kAhead];
+      look_at(k + kAhead);
       const lang::DeclarationRef& declared = declarations[k];
       const NodeRef node = tree.at(declared);
-      const Declaration d{node, name_of(node), i};
+      const Declaration d{node, key.name(), i};
       switch (declared.kind) {
         case NodeKind::pose:
         case NodeKind::expression:
         case NodeKind::motion:
-          if (!d.name.empty()) all.movement(d, files, diagnostics);
+          if (!d.name.empty()) all.movement(d, key, files, diagnostics);
           break;
         case NodeKind::timeline:
         case NodeKind::utterance:
@@ -197,17 +217,18 @@ Declarations Declarations::collect(std::vector<LoadedFile>& files, lang::SourceP
           break;
       }
     }
+    all.movements_end_.push_back(static_cast<std::uint32_t>(all.movements.size()));
   }
 
   link_lexicons(all, files, diagnostics);
   return all;
 }
 
-void Declarations::movement(const Declaration& d, const std::vector<LoadedFile>& files,
+void Declarations::movement(const Declaration& d, const NameKey& name, const std::vector<LoadedFile>& files,
                             lang::Diagnostics& diagnostics) {
   const auto index = static_cast<std::uint32_t>(movements.size());
   const std::uint32_t first =
-      movement_index_.find(d.name, [&](std::uint32_t i) { return movements[i].name == d.name; });
+      movement_index_.insert(name, index, [&](std::uint32_t i) { return movements[i].name == d.name; });
   std::uint32_t last = first;
   for (std::uint32_t i = first; i != kUnreachable; i = next_of_name(i)) {
     if (movements[i].file == d.file)
@@ -215,14 +236,13 @@ void Declarations::movement(const Declaration& d, const std::vector<LoadedFile>&
                               diagnostics);
     last = i;
   }
-  if (first == NameIndex::kNothing)
-    movement_index_.insert(d.name, index);
-  else
+  if (last != kUnreachable) {
     next_of_name_.emplace(last, index);
-  if (last != kUnreachable) has_namesake_[last] = true;
+    has_namesake_[last] = true;
+  }
   movements.push_back(d);
   has_namesake_.push_back(last != kUnreachable);
-  has_params_.push_back(d.node.child(NodeKind::params).exists());
+  has_params_.push_back(params_of(d.node).exists());
 }
 
 std::uint32_t Declarations::next_of_name(std::uint32_t movement) const {
@@ -231,9 +251,16 @@ std::uint32_t Declarations::next_of_name(std::uint32_t movement) const {
   return it == next_of_name_.end() ? kUnreachable : it->second;
 }
 
-std::uint32_t Declarations::only_movement(std::string_view name) const {
-  const std::uint32_t number = movement_index_.find(name, [&](std::uint32_t i) { return movements[i].name == name; });
+std::uint32_t Declarations::only_movement(const NameKey& name) const {
+  const std::uint32_t number =
+      movement_index_.find(name, [&](std::uint32_t i) { return movements[i].name == name.name(); });
   return number == kUnreachable || has_namesake_[number] ? kUnreachable : number;
+}
+
+std::uint32_t Declarations::own_movement(const NameKey& name, std::uint32_t file) const {
+  const std::uint32_t number = only_movement(name);
+  const std::uint32_t begin = file == 0 ? 0 : movements_end_[file - 1];
+  return number >= begin && number < movements_end_[file] ? number : kUnreachable;
 }
 
 std::uint32_t Declarations::movement_number(const Declaration& d) const {

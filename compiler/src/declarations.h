@@ -60,10 +60,15 @@ class Declarations {
   [[nodiscard]] std::uint32_t movement_number(const Declaration& d) const;
   /// Whether another movement, of any file, has the same name.
   [[nodiscard]] bool has_namesake(std::uint32_t movement) const { return has_namesake_[movement]; }
+  /// Whether a movement has parameters.
+  [[nodiscard]] bool has_params(std::uint32_t movement) const { return has_params_[movement]; }
   /// The number of the only movement of that name, or kUnreachable.
-  [[nodiscard]] std::uint32_t only_movement(std::string_view name) const;
-  /// Asks memory for what `find_movement` will soon need; changes nothing.
-  void prefetch_movement(std::string_view name) const { movement_index_.prefetch(name); }
+  [[nodiscard]] std::uint32_t only_movement(std::string_view name) const { return only_movement(NameKey(name)); }
+  [[nodiscard]] std::uint32_t only_movement(const NameKey& name) const;
+  /// The same, if it is `file` that declares it.
+  [[nodiscard]] std::uint32_t own_movement(const NameKey& name, std::uint32_t file) const;
+  /// Asks memory for what `only_movement` will soon need; changes nothing.
+  void prefetch_movement(const NameKey& name) const { movement_index_.prefetch(name); }
   /// The movement `name` as file `from` sees it: its own first, then those of the files it uses, nearest first.
   [[nodiscard]] const Declaration* find_movement(std::string_view name, std::uint32_t from) const;
   /// The timeline, utterance or discourse of that name that is nearest to file `from`.
@@ -95,15 +100,17 @@ class Declarations {
   /// Whether a lexicon between `from` and `at`, which has it, has its own in its place or does without.
   [[nodiscard]] bool hidden(const Declaration& entry, std::uint32_t from, std::uint32_t at) const;
   /// Collects a pose, expression or motion.
-  void movement(const Declaration& d, const std::vector<LoadedFile>& files, lang::Diagnostics& diagnostics);
+  void movement(const Declaration& d, const NameKey& name, const std::vector<LoadedFile>& files,
+                lang::Diagnostics& diagnostics);
 
   std::unordered_map<std::string_view, std::vector<std::uint32_t>> clip_index_;
   std::unordered_map<std::string_view, std::vector<std::uint32_t>> degree_index_;
   std::unordered_map<std::string_view, std::uint32_t> lexicon_index_;
   std::unordered_map<std::string_view, std::vector<std::uint32_t>> ambient_index_;
   NameIndex movement_index_;
-  std::vector<bool> has_namesake_;  ///< of movements
-  std::vector<bool> has_params_;    ///< of movements
+  std::vector<bool> has_namesake_;            ///< of movements
+  std::vector<bool> has_params_;              ///< of movements
+  std::vector<std::uint32_t> movements_end_;  ///< by file: number past its last movement; they stand file by file
   /// Of movements that are not the last of their name: the next one. Few are.
   std::unordered_map<std::uint32_t, std::uint32_t> next_of_name_;
   [[nodiscard]] std::uint32_t next_of_name(std::uint32_t movement) const;

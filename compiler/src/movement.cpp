@@ -46,6 +46,25 @@ bool moves_any(const Sequence& sequence, const std::vector<Related>& channels) {
 
 }  // namespace
 
+PoseRules::PoseRules(const Channels& channels) : by_channel_(channels.channels.size()) {
+  for (std::size_t c = 0; c < channels.channels.size(); ++c) {
+    const ChannelInfo& channel = channels.channels[c];
+    if (channel.longest_ns != 0) by_channel_[c] |= kBrief;
+    if (!channel.hidden_by.empty()) by_channel_[c] |= kHidden;
+    for (const Related& by : channel.hidden_by)
+      for (std::uint32_t h = by.first; h <= by.last; ++h) by_channel_[h] |= kHides;
+  }
+}
+
+std::uint8_t PoseRules::of(const Pose& pose, const Channels& channels) const {
+  std::uint8_t rules = 0;
+  for (const Amount& a : pose) {
+    rules |= by_channel_[a.channel];
+    if (!(a.value <= 1.0 && a.value >= channels.channels[a.channel].low())) rules |= kCutOff;
+  }
+  return rules;
+}
+
 bool Evaluator::fresh(NodeRef at, std::string_view kind) {
   return reported_.try_emplace({&at.tree(), at.index(), kind}, diagnostics_.all().size()).second;
 }
@@ -376,26 +395,19 @@ Evaluator::Known* Evaluator::known(const Declaration& d, const Scope& scope) {
   return &table[number];
 }
 
-void Evaluator::prefetch(std::string_view name) const {
-  const std::uint32_t number = declarations_.only_movement(name);
-  if (number == kUnreachable || known_[0].empty()) return;
-  __builtin_prefetch(&declarations_.movements[number]);
-  const Known& known = known_[0][number];
-  if (known.state == Known::State::pose) poses_.prefetch(known.at);
-}
-
 void Evaluator::keep(Known& known, const Declaration& d, const std::optional<Movement>& result) {
   if (!result) {
-    known = {Known::State::wrong, 0};
+    known = {Known::State::wrong, 0, 0, 0};
   } else if (d.node.is(NodeKind::pose)) {
-    known = {Known::State::pose, poses_.keep(result->pose)};
+    known = {Known::State::pose, rules_.of(result->pose, channels_), static_cast<std::uint16_t>(result->pose.size()),
+             poses_.keep(result->pose)};
   } else {
     if (product_ == Product::diagnostics && d.node.is(NodeKind::expression) && known.state != Known::State::checked)
       if (const auto most = most_knots(*result)) {
-        known = {Known::State::checked, *most};
+        known = {Known::State::checked, 0, 0, *most};
         return;
       }
-    known = {Known::State::movement, static_cast<std::uint32_t>(movements_.size())};
+    known = {Known::State::movement, 0, 0, static_cast<std::uint32_t>(movements_.size())};
     movements_.push_back(*result);
   }
 }

@@ -75,6 +75,23 @@ struct Scope {
   const Places* places = nullptr;  ///< of the discourse, if any: `gaze NAME` goes there
 };
 
+/// Which rules there are that have to be tried when a pose is played, bits of one byte. Most poses have none.
+class PoseRules {
+ public:
+  static constexpr std::uint8_t kCutOff = 1;  ///< an amount lies outside its channel's range
+  static constexpr std::uint8_t kBrief = 2;   ///< a channel may not last long
+  static constexpr std::uint8_t kHidden = 4;  ///< a channel may be hidden by another
+  static constexpr std::uint8_t kHides = 8;   ///< a channel may hide another
+
+  explicit PoseRules(const Channels& channels);
+  /// Rules of a channel within its range.
+  [[nodiscard]] std::uint8_t of(std::uint32_t channel) const { return by_channel_[channel]; }
+  [[nodiscard]] std::uint8_t of(const Pose& pose, const Channels& channels) const;
+
+ private:
+  std::vector<std::uint8_t> by_channel_;
+};
+
 /// What a compilation is for.
 enum class Product : std::uint8_t {
   program,      ///< a program: all curves are drawn
@@ -91,7 +108,8 @@ class Evaluator {
         channels_(channels),
         outside_(outside),
         diagnostics_(diagnostics),
-        product_(product) {}
+        product_(product),
+        rules_(channels) {}
 
   /// A `sum` node. Nothing if anything in it is wrong; it has been reported then.
   [[nodiscard]] std::optional<Movement> sum(lang::NodeRef node, const Scope& scope);
@@ -100,8 +118,6 @@ class Evaluator {
   /// Of an expression that was worked out for the sake of diagnostics alone: how many knots its clip has at most, 0 if
   /// it makes none. Nothing: it has to be drawn to say.
   [[nodiscard]] std::optional<std::size_t> most_knots(const Declaration& d) const;
-  /// Asks memory for what is known of the only movement of that name; changes nothing.
-  void prefetch(std::string_view name) const;
   /// The steps of an expression, or of a motion in brackets.
   [[nodiscard]] std::optional<Sequence> sequence(lang::NodeRef parent, std::string_view name,
                                                  std::optional<std::int64_t> duration_ns, const Scope& scope);
@@ -164,6 +180,7 @@ class Evaluator {
   [[nodiscard]] const std::vector<LoadedFile>& files() const { return files_; }
 
  private:
+  friend class PlainMovements;
   /// A factor's number, and the unit it carries if it scales an axis (12deg AU51).
   struct Scale {
     double factor = 1.0;
@@ -199,6 +216,8 @@ class Evaluator {
       checked,   ///< right, and not kept; its clip has at most `at` knots
     };
     State state = State::untried;
+    std::uint8_t rules = 0;     ///< of a pose: which PoseRules speak of it
+    std::uint16_t amounts = 0;  ///< of a pose: how many channels it moves
     std::uint32_t at = 0;
   };
   class Recall;
@@ -229,6 +248,7 @@ class Evaluator {
   OutsideTimes& outside_;
   lang::Diagnostics& diagnostics_;
   Product product_;
+  PoseRules rules_;
   std::vector<Known> known_[2];  ///< of right- and of left-handed signers, by index in Declarations::movements
   PoseStore poses_;
   std::deque<Movement> movements_;

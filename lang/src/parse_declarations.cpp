@@ -47,10 +47,11 @@ void Parser::declaration() {
     std::string_view word;
     NodeKind kind;
     bool (Parser::*parse)();
+    bool (Parser::*plain)() = nullptr;  ///< reads it if it is of the commonest form
   };
   static constexpr Row kRows[] = {
-      {"pose", NodeKind::pose, &Parser::pose},
-      {"expression", NodeKind::expression, &Parser::expression},
+      {"pose", NodeKind::pose, &Parser::pose, &Parser::plain_pose},
+      {"expression", NodeKind::expression, &Parser::expression, &Parser::plain_expression},
       {"use", NodeKind::use, &Parser::use},
       {"motion", NodeKind::motion, &Parser::motion},
       {"timeline", NodeKind::timeline, &Parser::timeline},
@@ -73,6 +74,7 @@ void Parser::declaration() {
       Open node(*this, row.kind);
       tree_->declarations_.push_back({node.node(), row.kind});
       take_docs();
+      if (row.plain != nullptr && (this->*row.plain)()) return;
       advance();
       (this->*row.parse)();
       return;

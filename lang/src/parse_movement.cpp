@@ -33,41 +33,6 @@ bool Parser::at_primary() const {
   }
 }
 
-// Most sums are runs of `60% AU12 + 40% AU11`. They are read here without tokens between; all else, down to a second
-// blank, is left to the rules, which make the same nodes of these. The token is a number; false: nothing was read.
-bool Parser::plain_terms() {
-  if (star_only_ || poison_ || !at(Tok::quantity) || !token_.checked) return false;
-  const char* const text = text_.data();  // ends with a NUL, which is neither digit nor letter
-  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
-  std::uint32_t begin = token_.begin;
-  std::uint32_t end = token_.end;
-  std::uint32_t last = 0;
-  while (text[end - 1] == '%' && text[end] == ' ' && text[end + 1] == 'A' && text[end + 2] == 'U') {
-    const char* at = text + end + 3;
-    if (!is_digit(*at)) break;
-    while (is_digit(*at)) ++at;
-    if (*at == 'L' || *at == 'R') ++at;
-    if (*at >= 'A' && *at <= 'E') ++at;
-    if (Lexer::in_name(*at)) break;
-    const auto unit_end = static_cast<std::uint32_t>(at - text);
-    if (!nodes_.scaled_leaf(begin, end, NodeKind::au_token, end + 1, unit_end)) break;
-    last = unit_end;
-    if (at[0] != ' ' || at[1] != '+' || at[2] != ' ' || !is_digit(at[3])) break;
-    begin = unit_end + 3;
-    end = begin + 1;
-    constexpr std::uint32_t kMostDigits = 6;  // of a number that need not be looked at again
-    while (is_digit(text[end]) && end - begin < kMostDigits) ++end;
-    if (text[end] != '%') break;
-    ++end;
-  }
-  if (last == 0) return false;
-  token_.kind = Tok::au_token;
-  token_.end = last;
-  lexer_.set_place(last);
-  advance();
-  return true;
-}
-
 bool Parser::sum() {
   Open node(*this, NodeKind::sum);
   bool minus = false;
@@ -255,34 +220,9 @@ bool Parser::steps() {
   return ok && closing(Tok::right_paren, '(', opener, "`;` or `)`");
 }
 
-// `10%: P1` on a line of its own, read as plain_terms reads sums.
-bool Parser::plain_step() {
-  if (poison_ || brackets_ != 0 || !at(Tok::quantity) || !token_.checked) return false;
-  const char* const text = text_.data();
-  const char* const name = text + token_.end + 2;
-  if (name[-2] != ':' || name[-1] != ' ' || !Lexer::begins_name(*name)) return false;
-  const char* end = name + 1;
-  while (Lexer::in_name(*end)) ++end;
-  const std::string_view word(name, static_cast<std::size_t>(end - name));
-  if (*end != '\n' || word == "facs" || word == "mouthing" || is_au_token(word)) return false;
-  const auto name_begin = static_cast<std::uint32_t>(name - text);
-  const auto name_end = static_cast<std::uint32_t>(end - text);
-  leaf_of(NodeKind::quantity, token_.begin, token_.end);
-  const std::uint32_t sum = nodes_.open(NodeKind::sum, name_begin);
-  const std::uint32_t term = nodes_.open(NodeKind::term, name_begin);
-  nodes_.leaf(NodeKind::name, name_begin, name_end);
-  nodes_.close(term, name_end);
-  nodes_.close(sum, name_end);
-  token_.kind = Tok::name;
-  token_.end = name_end;
-  lexer_.set_place(name_end);
-  advance();
-  return true;
-}
-
 bool Parser::step() {
-  Open node(*this, NodeKind::step);
   if (plain_step()) return true;
+  Open node(*this, NodeKind::step);
   if (!quantity("a step: a share or a time, then `:`")) return false;
   if (!expect(Tok::colon, "`:`", "a step is written `10%: P1`")) return false;
   if (!sum()) return false;

@@ -175,8 +175,6 @@ class Parser {
 
   // ---- parse_movement.cpp
   bool sum();
-  bool plain_terms();
-  bool plain_step();
   bool term();
   bool call();  // the name is the last node, the token is `(`
   bool arguments(std::uint32_t opener_at);
@@ -187,6 +185,15 @@ class Parser {
   [[nodiscard]] bool at_steps() const;
   [[nodiscard]] bool at_primary() const;
   [[nodiscard]] bool at_placement_word() const;
+
+  // ---- parse_plain.cpp
+  bool plain_pose();
+  bool plain_expression();
+  bool plain_terms();
+  bool plain_step();
+  const char* add_plain_terms(const char* at);
+  void go_on_behind(const char* end, Tok last);
+  [[nodiscard]] std::uint32_t offset(const char* at) const { return static_cast<std::uint32_t>(at - text_.data()); }
 
   // ---- parse_placement.cpp
   bool placement();

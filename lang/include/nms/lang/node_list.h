@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
@@ -137,6 +138,12 @@ struct Node {
   std::uint8_t flags = 0;
 };
 
+/// A node of a small subtree whose shape is known: its kind, and how many nodes it holds, itself counted.
+struct ShapeNode {
+  NodeKind kind = NodeKind::file;
+  std::uint32_t nodes = 1;
+};
+
 /// The nodes of a tree in pre-order: the first child of node i is i + 1, its next sibling is next(i).
 ///
 /// A node takes eight bytes, since trees are what large files cost: kind, flags and beginning, then of a leaf its
@@ -177,6 +184,23 @@ class NodeList {
     }
   }
   [[nodiscard]] Node operator[](std::uint32_t i) const { return {begin(i), end(i), next(i), kind(i), flags(i)}; }
+
+  /// Whether the subtree of node `i` is one of these nodes, in pre-order, and none of them has flags.
+  template <std::size_t N>
+  [[nodiscard]] bool has_shape(std::uint32_t i, const std::array<ShapeNode, N>& shape) const {
+    if (nodes_.size() - i < N) return false;
+    bool same = true;
+    for (std::size_t k = 0; k < N; ++k) {
+      const bool leaf = shape[k].nodes == 1;
+      const std::uint64_t wanted =
+          packed(leaf ? kLeaf : kParent, shape[k].kind, 0, 0) | (leaf ? 0 : std::uint64_t{shape[k].nodes} << kRestAt);
+      const std::uint64_t looked_at = kFormMask | std::uint64_t{0xFF} << kKindAt |
+                                      std::uint64_t{kFlagMask} << kFlagsAt |
+                                      (leaf ? 0 : std::uint64_t{kMostNodes} << kRestAt);
+      same = same && (nodes_[i + k] & looked_at) == wanted;
+    }
+    return same;
+  }
 
   // ---- building, by the parser
   void reserve(std::size_t count) { nodes_.reserve(count); }
@@ -229,6 +253,20 @@ class NodeList {
         packed(kParent, NodeKind::factor, 0, number_begin) | std::uint64_t{2} << kRestAt,
         packed(kLeaf, NodeKind::quantity, 0, number_begin) | std::uint64_t{number_end - number_begin} << kRestAt,
         packed(kLeaf, leaf, 0, leaf_begin) | std::uint64_t{leaf_end - leaf_begin} << kRestAt};
+    nodes_.insert(nodes_.end(), std::begin(nodes), std::end(nodes));
+    return true;
+  }
+  /// `40%: p` as a step: five nodes. False, and nothing is added, where they would not fit.
+  bool named_step(std::uint32_t share_begin, std::uint32_t share_end, std::uint32_t name_begin,
+                  std::uint32_t name_end) {
+    if (name_end > kMostBegin || name_end - share_begin > kMostLength) return false;
+    const std::uint64_t name_length = std::uint64_t{name_end - name_begin} << kRestAt;
+    const std::uint64_t nodes[] = {
+        packed(kParent, NodeKind::step, 0, share_begin) | std::uint64_t{5} << kRestAt,
+        packed(kLeaf, NodeKind::quantity, 0, share_begin) | std::uint64_t{share_end - share_begin} << kRestAt,
+        packed(kParent, NodeKind::sum, 0, name_begin) | std::uint64_t{3} << kRestAt,
+        packed(kParent, NodeKind::term, 0, name_begin) | std::uint64_t{2} << kRestAt,
+        packed(kLeaf, NodeKind::name, 0, name_begin) | name_length};
     nodes_.insert(nodes_.end(), std::begin(nodes), std::end(nodes));
     return true;
   }

@@ -1,0 +1,208 @@
+#include "plain_movement.h"
+
+#include <array>
+#include <bit>
+#include <limits>
+
+namespace nms::compiler {
+
+using lang::NodeKind;
+using lang::NodeList;
+using lang::ShapeNode;
+
+namespace {
+
+/// `60% AU12`
+constexpr std::array<ShapeNode, 4> kScaledUnit{
+    {{NodeKind::term, 4}, {NodeKind::factor, 2}, {NodeKind::quantity, 1}, {NodeKind::au_token, 1}}};
+/// `40%: p`
+constexpr std::array<ShapeNode, 5> kNamedStep{
+    {{NodeKind::step, 5}, {NodeKind::quantity, 1}, {NodeKind::sum, 3}, {NodeKind::term, 2}, {NodeKind::name, 1}}};
+
+constexpr int kNone = -1;
+
+constexpr bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/// The digits that `text` consists of, one to three of them, or kNone.
+int short_number(std::string_view text) {
+  if (text.empty() || text.size() > 3) return kNone;
+  int number = 0;
+  for (const char c : text) {
+    if (!is_digit(c)) return kNone;
+    number = number * 10 + (c - '0');
+  }
+  return number;
+}
+
+/// `60%` as 60, up to 100 %.
+int whole_percentage(std::string_view text) {
+  if (text.empty() || text.back() != '%') return kNone;
+  const int percent = short_number(text.substr(0, text.size() - 1));
+  return percent <= 100 ? percent : kNone;
+}
+
+std::string_view text_of(const lang::Tree& tree, std::uint32_t node) { return lang::NodeRef(&tree, node).text(); }
+
+/// The first node behind a declaration's comments.
+std::uint32_t behind_docs(const NodeList& nodes, std::uint32_t declaration) {
+  std::uint32_t at = declaration + 1;
+  while (at < nodes.size() && nodes.kind(at) == NodeKind::doc_comment) ++at;
+  return at;
+}
+
+}  // namespace
+
+PlainMovements::PlainMovements(Evaluator& evaluator) : evaluator_(evaluator), declarations_(evaluator.declarations()) {
+  const Channels& channels = evaluator.channels();
+  for (const UnitInfo& unit : channels.units) {
+    if (unit.number >= units_.size()) units_.resize(unit.number + 1U);
+    if (unit.sign == 1.0 || unit.sign == -1.0)
+      units_[unit.number] = {static_cast<std::uint16_t>(unit.channel), static_cast<std::int8_t>(unit.sign), unit.sided};
+  }
+  moved_.resize(channels.channels.size() / 64 + 1);
+  percent_.resize(channels.channels.size());
+  evaluator.known_[0].resize(declarations_.movements.size());
+}
+
+bool PlainMovements::work_out(std::uint32_t number) {
+  const Declaration& d = declarations_.movements[number];
+  if (number >= block_end_) read_ahead(number);
+  if (d.node.has(lang::kFlagError) || declarations_.has_params(number) ||
+      evaluator_.known_[0][number].state != Evaluator::Known::State::untried)
+    return false;
+  return d.node.is(NodeKind::pose) ? pose(number) : d.node.is(NodeKind::expression) && expression(number);
+}
+
+/// Work counts as the evaluator counts it. False: it would be too much.
+bool PlainMovements::spend(std::uint32_t steps) {
+  if (steps > Evaluator::kMaxWork || evaluator_.spent_in_all_ + steps > Evaluator::kMaxWorkInAll) return false;
+  evaluator_.spent_in_all_ += steps;
+  return true;
+}
+
+bool PlainMovements::pose(std::uint32_t number) {
+  const lang::NodeRef node = declarations_.movements[number].node;
+  const lang::Tree& tree = node.tree();
+  const NodeList& nodes = tree.nodes();
+  const std::uint32_t end = nodes.next(node.index());
+  const std::uint32_t sum = behind_docs(nodes, node.index()) + 1;  // its name comes first
+  if (sum >= end || nodes.kind(sum) != NodeKind::sum || nodes.next(sum) != end) return false;
+  const bool plain = add_terms(tree, sum + 1, end) && spend((end - sum) / kScaledUnit.size());
+  amounts_.clear();
+  std::uint8_t rules = 0;
+  for (std::size_t word = 0; word < moved_.size(); ++word)
+    for (; moved_[word] != 0; moved_[word] &= moved_[word] - 1) {
+      const auto channel =
+          static_cast<std::uint16_t>(word * 64 + static_cast<unsigned>(std::countr_zero(moved_[word])));
+      amounts_.push_back({channel, percent_[channel]});
+      rules |= evaluator_.rules_.of(channel);
+    }
+  if (!plain) return false;
+  evaluator_.known_[0][number] = {Evaluator::Known::State::pose, rules, static_cast<std::uint16_t>(amounts_.size()),
+                                  evaluator_.poses_.keep(amounts_)};
+  return true;
+}
+
+bool PlainMovements::add_terms(const lang::Tree& tree, std::uint32_t first, std::uint32_t end) {
+  const NodeList& nodes = tree.nodes();
+  for (std::uint32_t term = first; term != end; term += kScaledUnit.size()) {
+    if (!nodes.has_shape(term, kScaledUnit)) return false;
+    const int percent = whole_percentage(text_of(tree, term + 2));
+    std::string_view name = text_of(tree, term + 3);
+    if (percent == kNone || !name.starts_with("AU")) return false;
+    const bool left = name.back() == 'L';
+    const bool right = name.back() == 'R';
+    name = name.substr(2, name.size() - (left || right ? 3 : 2));
+    const int number = short_number(name);
+    if (number == kNone || static_cast<std::size_t>(number) >= units_.size()) return false;
+    const Unit unit = units_[static_cast<std::size_t>(number)];
+    if (unit.sign == 0 || (!unit.sided && (left || right))) return false;
+    const int value = unit.sign * percent;
+    if (unit.sign < 0 && percent == 0) return false;  // -0 is not 0
+    if (!right && !add(unit.channel, value)) return false;
+    if (unit.sided && !left && !add(unit.channel + 1U, value)) return false;
+  }
+  return true;
+}
+
+/// False: it is moved already. Sums are left to those who round them.
+bool PlainMovements::add(std::uint32_t channel, int percent) {
+  std::uint64_t& word = moved_[channel / 64];
+  const std::uint64_t bit = std::uint64_t{1} << channel % 64;
+  if ((word & bit) != 0) return false;
+  word |= bit;
+  percent_[channel] = static_cast<std::int16_t>(percent);
+  return percent >= 0 || evaluator_.channels().channels[channel].is_axis();
+}
+
+void PlainMovements::read_ahead(std::uint32_t number) {
+  const std::vector<Declaration>& movements = declarations_.movements;
+  block_end_ = static_cast<std::uint32_t>(std::min<std::size_t>(number + kBlock, movements.size()));
+  block_.assign(kBlock, {});
+  steps_.clear();
+  names_.clear();
+  if (evaluator_.product_ != Product::diagnostics) return;  // expressions are wanted whole
+  for (std::uint32_t i = number; i < block_end_; ++i) {
+    const auto first = static_cast<std::uint32_t>(steps_.size());
+    if (movements[i].node.is(NodeKind::expression) && add_steps(movements[i]))
+      block_[i % kBlock] = {first, static_cast<std::uint32_t>(steps_.size()) - first};
+  }
+  for (std::uint32_t i = number; i < block_end_; ++i) {
+    const Steps steps = block_[i % kBlock];
+    for (std::uint32_t s = steps.first; s < steps.first + steps.count; ++s) {
+      steps_[s].pose = declarations_.own_movement(names_[s], movements[i].file);
+      if (steps_[s].pose != kUnreachable) __builtin_prefetch(&evaluator_.known_[0][steps_[s].pose]);
+    }
+  }
+}
+
+/// The steps of an expression, up to one that is not plain: then false.
+bool PlainMovements::add_steps(const Declaration& expression) {
+  const lang::Tree& tree = expression.node.tree();
+  const NodeList& nodes = tree.nodes();
+  const std::uint32_t end = nodes.next(expression.node.index());
+  const std::uint32_t length = behind_docs(nodes, expression.node.index()) + 1;  // its name comes first
+  if (length >= end || nodes.kind(length) != NodeKind::quantity) return false;
+  for (std::uint32_t step = length + 1; step != end; step += kNamedStep.size()) {
+    if (!nodes.has_shape(step, kNamedStep)) return false;
+    steps_.push_back({step + 1, 0});
+    names_.emplace_back(text_of(tree, step + 4));
+    declarations_.prefetch_movement(names_.back());
+  }
+  return true;
+}
+
+bool PlainMovements::expression(std::uint32_t number) {
+  const Steps steps = block_[number % kBlock];
+  constexpr std::uint32_t kMostSteps = 1'000;
+  if (steps.count == 0 || steps.count > kMostSteps) return false;
+  const lang::Tree& tree = declarations_.movements[number].node.tree();
+  double shares = 0.0;
+  std::uint32_t amounts = 0;
+  std::uint8_t rules = 0;
+  for (std::uint32_t i = steps.first; i < steps.first + steps.count; ++i) {
+    const int percent = whole_percentage(text_of(tree, steps_[i].share));
+    if (percent == kNone || steps_[i].pose == kUnreachable) return false;
+    const Evaluator::Known& pose = evaluator_.known_[0][steps_[i].pose];
+    if (pose.state != Evaluator::Known::State::pose) return false;
+    shares += percent / 100.0;
+    amounts += pose.amounts;
+    rules |= pose.rules;
+  }
+  // What has to be drawn to be judged, see Evaluator::most_knots.
+  const auto any = [&](std::uint8_t rule) { return (rules & rule) != 0; };
+  if (any(PoseRules::kCutOff) || any(PoseRules::kBrief) || (any(PoseRules::kHidden) && any(PoseRules::kHides)))
+    return false;
+  const std::uint32_t length = steps_[steps.first].share - 2;  // before the first step
+  const auto duration = lang::read_quantity(text_of(tree, length));
+  if (!duration || duration->unit != lang::Unit::time || duration->nanoseconds <= 0 ||
+      duration->nanoseconds > program::kTimeLimit_ns)
+    return false;
+  const double whole = static_cast<double>(duration->nanoseconds);
+  const double total = shares * whole;
+  if (total - whole > 1.0 || whole - total > 1.0 || !spend(steps.count)) return false;
+  evaluator_.known_[0][number] = {Evaluator::Known::State::checked, 0, 0, std::max(amounts * (steps.count + 1), 1U)};
+  return true;
+}
+
+}  // namespace nms::compiler
