@@ -66,10 +66,6 @@ std::vector<const Declaration*> clip_sources(const std::vector<LoadedFile>& file
     return index == kUnreachable ? std::vector<const Declaration*>() : all.entries_of(index);
   }
   std::vector<const Declaration*> out;
-  std::size_t expressions = 0;
-  for (const LoadedFile& file : files)
-    for (const lang::DeclarationRef& d : file.tree->declarations()) expressions += d.kind == NodeKind::expression;
-  out.reserve(expressions + all.clips.size() + all.entries.size());
   for (const Declaration& d : all.movements)
     if (files[d.file].root && d.node.is(NodeKind::expression)) out.push_back(&d);
   for (const Declaration& d : all.clips)

@@ -84,11 +84,9 @@ class Uniqueness {
 
 /// Names of lexicons that a file speaks of without declaring or using them.
 void named_lexicons(const lang::Tree& tree, std::vector<std::string>& out) {
-  for (const lang::DeclarationRef& declared : tree.declarations()) {
-    if (declared.kind != NodeKind::utterance && declared.kind != NodeKind::discourse &&
-        declared.kind != NodeKind::lexicon)
-      continue;
+  for (const std::uint32_t declared : tree.declarations()) {
     const NodeRef d = tree.at(declared);
+    if (!d.is(NodeKind::utterance) && !d.is(NodeKind::discourse) && !d.is(NodeKind::lexicon)) continue;
     for (const NodeKind k : {NodeKind::in, NodeKind::extends})
       if (const NodeRef part = d.child(k))
         if (const NodeRef name = part.child(NodeKind::name)) out.emplace_back(name.text());
@@ -100,8 +98,8 @@ void named_lexicons(const lang::Tree& tree, std::vector<std::string>& out) {
 
 bool declares_lexicon(const std::vector<LoadedFile>& files, std::string_view name) {
   for (const LoadedFile& f : files)
-    for (const lang::DeclarationRef& d : f.tree->declarations())
-      if (d.kind == NodeKind::lexicon && name_of(f.tree->at(d)) == name) return true;
+    for (const std::uint32_t d : f.tree->declarations())
+      if (f.tree->at(d).is(NodeKind::lexicon) && name_of(f.tree->at(d)) == name) return true;
   return false;
 }
 
@@ -122,15 +120,17 @@ Declarations Declarations::collect(std::vector<LoadedFile>& files, lang::SourceP
   Uniqueness unique(files, diagnostics);
   std::size_t movements = 0;
   for (const LoadedFile& file : files)
-    for (const lang::DeclarationRef& d : file.tree->declarations())
-      movements += d.kind == NodeKind::pose || d.kind == NodeKind::expression || d.kind == NodeKind::motion;
+    for (const std::uint32_t d : file.tree->declarations()) {
+      const NodeKind kind = file.tree->at(d).kind();
+      movements += kind == NodeKind::pose || kind == NodeKind::expression || kind == NodeKind::motion;
+    }
   all.movements.reserve(movements);
   all.has_namesake_.reserve(movements);
   all.has_params_.reserve(movements);
   all.movement_index_.reserve(movements);
   for (std::uint32_t i = 0; i < files.size(); ++i) {
     const lang::Tree& tree = *files[i].tree;
-    const std::vector<lang::DeclarationRef>& declarations = tree.declarations();
+    const std::vector<std::uint32_t>& declarations = tree.declarations();
     // The index of a large file is larger than the processor's cache: memory is asked for it in good time.
     constexpr std::size_t kAhead = 8;
     std::array<NameKey, kAhead> names;
@@ -143,10 +143,9 @@ Declarations Declarations::collect(std::vector<LoadedFile>& files, lang::SourceP
     for (std::size_t k = 0; k < declarations.size(); ++k) {
       const NameKey key = names[k % kAhead];
       look_at(k + kAhead);
-      const lang::DeclarationRef& declared = declarations[k];
-      const NodeRef node = tree.at(declared);
+      const NodeRef node = tree.at(declarations[k]);
       const Declaration d{node, key.name(), i};
-      switch (declared.kind) {
+      switch (node.kind()) {
         case NodeKind::pose:
         case NodeKind::expression:
         case NodeKind::motion:

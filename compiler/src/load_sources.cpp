@@ -54,8 +54,8 @@ std::uint32_t load(std::vector<LoadedFile>& files, std::shared_ptr<const lang::S
   files[index].tree = tree_of(std::move(source), root, trees, diagnostics);
   files[index].root = root;
   const std::shared_ptr<const lang::Tree> tree = files[index].tree;
-  for (const lang::DeclarationRef& declaration : tree->declarations()) {
-    if (declaration.kind != NodeKind::use) continue;
+  for (const std::uint32_t declaration : tree->declarations()) {
+    if (!tree->at(declaration).is(NodeKind::use)) continue;
     const NodeRef name = tree->at(declaration).child(NodeKind::string);
     if (!name || name.text().size() < 2) continue;
     const std::string path(name.text().substr(1, name.text().size() - 2));

@@ -461,6 +461,7 @@ std::optional<Movement> Evaluator::declaration(const Declaration& d, const Scope
     }
     case Known::State::movement:
       return movements_[known->at];
+    case Known::State::plain:
     case Known::State::checked: {
       const Recall recall(*this);
       return work_out(d, scope, known);

@@ -211,6 +211,7 @@ class Evaluator {
     enum class State : std::uint8_t {
       untried,
       wrong,
+      plain,     ///< a pose that is right, and not kept
       pose,      ///< `at` is its number in poses_
       movement,  ///< `at` is its index in movements_
       checked,   ///< right, and not kept; its clip has at most `at` knots
@@ -219,6 +220,8 @@ class Evaluator {
     std::uint8_t rules = 0;     ///< of a pose: which PoseRules speak of it
     std::uint16_t amounts = 0;  ///< of a pose: how many channels it moves
     std::uint32_t at = 0;
+
+    [[nodiscard]] bool is_pose() const { return state == State::plain || state == State::pose; }
   };
   class Recall;
   /// Null for what is no declared movement.

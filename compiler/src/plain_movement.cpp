@@ -1,8 +1,7 @@
 #include "plain_movement.h"
 
+#include <algorithm>
 #include <array>
-#include <bit>
-#include <limits>
 
 namespace nms::compiler {
 
@@ -21,17 +20,20 @@ constexpr std::array<ShapeNode, 5> kNamedStep{
 
 constexpr int kNone = -1;
 
-constexpr bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
-/// The digits that `text` consists of, one to three of them, or kNone.
+/// The number that one to three digits are, or kNone.
 int short_number(std::string_view text) {
-  if (text.empty() || text.size() > 3) return kNone;
-  int number = 0;
-  for (const char c : text) {
-    if (!is_digit(c)) return kNone;
-    number = number * 10 + (c - '0');
+  const auto digit = [&](std::size_t i) { return static_cast<unsigned>(text[i] - '0'); };
+  const auto number = [](bool digits, unsigned value) { return digits ? static_cast<int>(value) : kNone; };
+  switch (text.size()) {
+    case 1:
+      return number(digit(0) <= 9, digit(0));
+    case 2:
+      return number(digit(0) <= 9 && digit(1) <= 9, digit(0) * 10 + digit(1));
+    case 3:
+      return number(digit(0) <= 9 && digit(1) <= 9 && digit(2) <= 9, digit(0) * 100 + digit(1) * 10 + digit(2));
+    default:
+      return kNone;
   }
-  return number;
 }
 
 /// `60%` as 60, up to 100 %.
@@ -40,8 +42,6 @@ int whole_percentage(std::string_view text) {
   const int percent = short_number(text.substr(0, text.size() - 1));
   return percent <= 100 ? percent : kNone;
 }
-
-std::string_view text_of(const lang::Tree& tree, std::uint32_t node) { return lang::NodeRef(&tree, node).text(); }
 
 /// The first node behind a declaration's comments.
 std::uint32_t behind_docs(const NodeList& nodes, std::uint32_t declaration) {
@@ -56,11 +56,11 @@ PlainMovements::PlainMovements(Evaluator& evaluator) : evaluator_(evaluator), de
   const Channels& channels = evaluator.channels();
   for (const UnitInfo& unit : channels.units) {
     if (unit.number >= units_.size()) units_.resize(unit.number + 1U);
-    if (unit.sign == 1.0 || unit.sign == -1.0)
-      units_[unit.number] = {static_cast<std::uint16_t>(unit.channel), static_cast<std::int8_t>(unit.sign), unit.sided};
+    // A share of a unit is in range on each of its channels: on an axis whichever way it goes.
+    if (unit.sign == 1.0 || (unit.sign == -1.0 && channels.channels[unit.channel].is_axis()))
+      units_[unit.number] = {static_cast<std::uint16_t>(unit.channel), true, unit.sided};
   }
   moved_.resize(channels.channels.size() / 64 + 1);
-  percent_.resize(channels.channels.size());
   evaluator.known_[0].resize(declarations_.movements.size());
 }
 
@@ -82,57 +82,42 @@ bool PlainMovements::spend(std::uint32_t steps) {
 
 bool PlainMovements::pose(std::uint32_t number) {
   const lang::NodeRef node = declarations_.movements[number].node;
-  const lang::Tree& tree = node.tree();
-  const NodeList& nodes = tree.nodes();
+  const NodeList& nodes = node.tree().nodes();
   const std::uint32_t end = nodes.next(node.index());
   const std::uint32_t sum = behind_docs(nodes, node.index()) + 1;  // its name comes first
   if (sum >= end || nodes.kind(sum) != NodeKind::sum || nodes.next(sum) != end) return false;
-  const bool plain = add_terms(tree, sum + 1, end) && spend((end - sum) / kScaledUnit.size());
-  amounts_.clear();
-  std::uint8_t rules = 0;
-  for (std::size_t word = 0; word < moved_.size(); ++word)
-    for (; moved_[word] != 0; moved_[word] &= moved_[word] - 1) {
-      const auto channel =
-          static_cast<std::uint16_t>(word * 64 + static_cast<unsigned>(std::countr_zero(moved_[word])));
-      amounts_.push_back({channel, percent_[channel]});
-      rules |= evaluator_.rules_.of(channel);
-    }
-  if (!plain) return false;
-  evaluator_.known_[0][number] = {Evaluator::Known::State::pose, rules, static_cast<std::uint16_t>(amounts_.size()),
-                                  evaluator_.poses_.keep(amounts_)};
+  std::fill(moved_.begin(), moved_.end(), 0);
+  Evaluator::Known known{Evaluator::Known::State::plain, 0, 0, 0};
+  for (std::uint32_t term = sum + 1; term != end; term += kScaledUnit.size())
+    if (!nodes.has_shape(term, kScaledUnit) || !add_term(node.tree(), term, known)) return false;
+  if (!spend((end - sum) / kScaledUnit.size())) return false;
+  evaluator_.known_[0][number] = known;
   return true;
 }
 
-bool PlainMovements::add_terms(const lang::Tree& tree, std::uint32_t first, std::uint32_t end) {
-  const NodeList& nodes = tree.nodes();
-  for (std::uint32_t term = first; term != end; term += kScaledUnit.size()) {
-    if (!nodes.has_shape(term, kScaledUnit)) return false;
-    const int percent = whole_percentage(text_of(tree, term + 2));
-    std::string_view name = text_of(tree, term + 3);
-    if (percent == kNone || !name.starts_with("AU")) return false;
-    const bool left = name.back() == 'L';
-    const bool right = name.back() == 'R';
-    name = name.substr(2, name.size() - (left || right ? 3 : 2));
-    const int number = short_number(name);
-    if (number == kNone || static_cast<std::size_t>(number) >= units_.size()) return false;
-    const Unit unit = units_[static_cast<std::size_t>(number)];
-    if (unit.sign == 0 || (!unit.sided && (left || right))) return false;
-    const int value = unit.sign * percent;
-    if (unit.sign < 0 && percent == 0) return false;  // -0 is not 0
-    if (!right && !add(unit.channel, value)) return false;
-    if (unit.sided && !left && !add(unit.channel + 1U, value)) return false;
-  }
-  return true;
+bool PlainMovements::add_term(const lang::Tree& tree, std::uint32_t term, Evaluator::Known& pose) {
+  if (whole_percentage(tree.near_text(term + 2)) == kNone) return false;
+  std::string_view name = tree.near_text(term + 3);
+  if (name[0] != 'A' || name[1] != 'U') return false;
+  const bool left = name.back() == 'L';
+  const bool right = name.back() == 'R';
+  name = name.substr(2, name.size() - (left || right ? 3 : 2));
+  const int number = short_number(name);
+  if (number == kNone || static_cast<std::size_t>(number) >= units_.size()) return false;
+  const Unit unit = units_[static_cast<std::size_t>(number)];
+  if (!unit.exists || (!unit.sided && (left || right))) return false;
+  return (right || add(unit.channel, pose)) && (!unit.sided || left || add(unit.channel + 1U, pose));
 }
 
-/// False: it is moved already. Sums are left to those who round them.
-bool PlainMovements::add(std::uint32_t channel, int percent) {
+/// False: the pose moves it already. Sums are left to those who round them.
+bool PlainMovements::add(std::uint32_t channel, Evaluator::Known& pose) {
   std::uint64_t& word = moved_[channel / 64];
   const std::uint64_t bit = std::uint64_t{1} << channel % 64;
   if ((word & bit) != 0) return false;
   word |= bit;
-  percent_[channel] = static_cast<std::int16_t>(percent);
-  return percent >= 0 || evaluator_.channels().channels[channel].is_axis();
+  ++pose.amounts;
+  pose.rules |= evaluator_.rules_.of(channel);
+  return true;
 }
 
 void PlainMovements::read_ahead(std::uint32_t number) {
@@ -166,7 +151,7 @@ bool PlainMovements::add_steps(const Declaration& expression) {
   for (std::uint32_t step = length + 1; step != end; step += kNamedStep.size()) {
     if (!nodes.has_shape(step, kNamedStep)) return false;
     steps_.push_back({step + 1, 0});
-    names_.emplace_back(text_of(tree, step + 4));
+    names_.emplace_back(tree.near_text(step + 4));
     declarations_.prefetch_movement(names_.back());
   }
   return true;
@@ -181,10 +166,10 @@ bool PlainMovements::expression(std::uint32_t number) {
   std::uint32_t amounts = 0;
   std::uint8_t rules = 0;
   for (std::uint32_t i = steps.first; i < steps.first + steps.count; ++i) {
-    const int percent = whole_percentage(text_of(tree, steps_[i].share));
+    const int percent = whole_percentage(tree.near_text(steps_[i].share));
     if (percent == kNone || steps_[i].pose == kUnreachable) return false;
     const Evaluator::Known& pose = evaluator_.known_[0][steps_[i].pose];
-    if (pose.state != Evaluator::Known::State::pose) return false;
+    if (!pose.is_pose()) return false;
     shares += percent / 100.0;
     amounts += pose.amounts;
     rules |= pose.rules;
@@ -194,7 +179,7 @@ bool PlainMovements::expression(std::uint32_t number) {
   if (any(PoseRules::kCutOff) || any(PoseRules::kBrief) || (any(PoseRules::kHidden) && any(PoseRules::kHides)))
     return false;
   const std::uint32_t length = steps_[steps.first].share - 2;  // before the first step
-  const auto duration = lang::read_quantity(text_of(tree, length));
+  const auto duration = lang::read_quantity(lang::NodeRef(&tree, length).text());
   if (!duration || duration->unit != lang::Unit::time || duration->nanoseconds <= 0 ||
       duration->nanoseconds > program::kTimeLimit_ns)
     return false;

@@ -29,7 +29,7 @@ class PlainMovements {
   /// Where an action unit goes, as far as plain poses need to know.
   struct Unit {
     std::uint16_t channel = 0;  ///< of a sided one the left one, which the right one follows
-    std::int8_t sign = 0;       ///< 0: there is no such unit
+    bool exists = false;
     bool sided = false;
   };
   struct Step {
@@ -44,19 +44,15 @@ class PlainMovements {
   void read_ahead(std::uint32_t number);
   [[nodiscard]] bool add_steps(const Declaration& expression);
   [[nodiscard]] bool pose(std::uint32_t number);
-  [[nodiscard]] bool add_terms(const lang::Tree& tree, std::uint32_t first, std::uint32_t end);
-  [[nodiscard]] bool add(std::uint32_t channel, int percent);
+  [[nodiscard]] bool add_term(const lang::Tree& tree, std::uint32_t term, Evaluator::Known& pose);
+  [[nodiscard]] bool add(std::uint32_t channel, Evaluator::Known& pose);
   [[nodiscard]] bool expression(std::uint32_t number);
   [[nodiscard]] bool spend(std::uint32_t steps);
 
   Evaluator& evaluator_;
   const Declarations& declarations_;
-  std::vector<Unit> units_;  ///< by number
-
-  // Of the pose at hand: what it moves, and how far.
-  std::vector<std::uint64_t> moved_;  ///< a bit a channel
-  std::vector<std::int16_t> percent_;
-  std::vector<WholeAmount> amounts_;
+  std::vector<Unit> units_;           ///< by number
+  std::vector<std::uint64_t> moved_;  ///< by the pose at hand: a bit a channel
 
   // Tables of a large file do not fit in the processor's cache, and a step may name any pose. So names are looked up a
   // block of movements at a time: memory is asked for all of them before the first is needed.

@@ -53,7 +53,15 @@ void put(std::byte*& at, Value value) {
 
 // A pose lies there as the number of its amounts, then each as its channel and its percentage, or kNoPercent and value.
 std::uint32_t PoseStore::keep(const Pose& pose) {
-  auto [at, number] = room_for(sizeof(Channel) + pose.size() * (sizeof(Channel) + sizeof(Percent) + sizeof(double)));
+  const std::size_t most = sizeof(Channel) + pose.size() * (sizeof(Channel) + sizeof(Percent) + sizeof(double));
+  assert(most <= kBlockBytes);
+  if (used_ + most > kBlockBytes) {
+    blocks_.push_back(std::make_unique_for_overwrite<std::byte[]>(kBlockBytes));
+    used_ = 0;
+  }
+  const auto number = static_cast<std::uint32_t>(((blocks_.size() - 1) * kBlockBytes + used_) / kAlign);
+  std::byte* const begin = blocks_.back().get() + used_;
+  std::byte* at = begin;
   put(at, static_cast<Channel>(pose.size()));
   for (const Amount& a : pose) {
     const Percent percent = percent_of(a.value);
@@ -61,32 +69,8 @@ std::uint32_t PoseStore::keep(const Pose& pose) {
     put(at, percent);
     if (percent == kNoPercent) put(at, a.value);
   }
-  close(at);
+  used_ += (static_cast<std::size_t>(at - begin) + kAlign - 1) / kAlign * kAlign;
   return number;
-}
-
-std::uint32_t PoseStore::keep(const std::vector<WholeAmount>& pose) {
-  static_assert(sizeof(WholeAmount) == sizeof(Channel) + sizeof(Percent));
-  const std::size_t bytes = pose.size() * sizeof(WholeAmount);
-  auto [at, number] = room_for(sizeof(Channel) + bytes);
-  put(at, static_cast<Channel>(pose.size()));
-  if (bytes != 0) std::memcpy(at, pose.data(), bytes);
-  close(at + bytes);
-  return number;
-}
-
-std::pair<std::byte*, std::uint32_t> PoseStore::room_for(std::size_t bytes) {
-  assert(bytes <= kBlockBytes);
-  if (used_ + bytes > kBlockBytes) {
-    blocks_.push_back(std::make_unique_for_overwrite<std::byte[]>(kBlockBytes));
-    used_ = 0;
-  }
-  return {blocks_.back().get() + used_,
-          static_cast<std::uint32_t>(((blocks_.size() - 1) * kBlockBytes + used_) / kAlign)};
-}
-
-void PoseStore::close(std::byte* end) {
-  used_ = (static_cast<std::size_t>(end - blocks_.back().get()) + kAlign - 1) / kAlign * kAlign;
 }
 
 void PoseStore::add_to(Pose& into, std::uint32_t number, double factor) const {

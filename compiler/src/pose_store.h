@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <utility>
 #include <vector>
 
 namespace nms::compiler {
@@ -12,12 +11,6 @@ namespace nms::compiler {
 struct Amount {
   std::uint32_t channel = 0;
   double value = 0.0;
-};
-
-/// The same in whole percentages.
-struct WholeAmount {
-  std::uint16_t channel = 0;
-  std::int16_t percent = 0;
 };
 
 /// An instantaneous state: amounts by ascending channel, each channel once. A stated 0 is not the same as no amount.
@@ -32,15 +25,10 @@ class PoseStore {
  public:
   /// The number by which the pose is found again.
   [[nodiscard]] std::uint32_t keep(const Pose& pose);
-  [[nodiscard]] std::uint32_t keep(const std::vector<WholeAmount>& pose);
   /// Adds the amounts of a kept pose, times `factor`.
   void add_to(Pose& into, std::uint32_t number, double factor) const;
 
  private:
-  /// Room for a pose of at most that many bytes, and its number.
-  [[nodiscard]] std::pair<std::byte*, std::uint32_t> room_for(std::size_t bytes);
-  void close(std::byte* end);
-
   static constexpr std::size_t kBlockBytes = std::size_t{1} << 16U;
   static constexpr std::size_t kAlign = 4;  // numbers count in these, so that 32 bits reach 16 GB
   std::vector<std::unique_ptr<std::byte[]>> blocks_;

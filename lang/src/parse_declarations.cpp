@@ -72,7 +72,7 @@ void Parser::declaration() {
     for (const Row& row : kRows) {
       if (row.word != word) continue;
       Open node(*this, row.kind);
-      tree_->declarations_.push_back({node.node(), row.kind});
+      tree_->declarations_.push_back(node.node());
       take_docs();
       if (row.plain != nullptr && (this->*row.plain)()) return;
       advance();

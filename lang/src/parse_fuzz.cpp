@@ -31,10 +31,7 @@ void require_sound(const Tree& tree) {
   std::vector<std::uint32_t> declared;
   for (NodeRef child : tree.root().children())
     if (!child.is(NodeKind::error)) declared.push_back(child.index());
-  require(declared.size() == tree.declarations().size(), "declarations");
-  for (std::size_t i = 0; i < declared.size(); ++i)
-    require(declared[i] == tree.declarations()[i].node && nodes.kind(declared[i]) == tree.declarations()[i].kind,
-            "a declaration");
+  require(declared == tree.declarations(), "declarations");
   std::uint32_t last = 0;
   for (const Comment& c : tree.comments()) {
     require(c.range.begin >= last && c.range.end > c.range.begin, "comments in order");

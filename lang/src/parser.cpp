@@ -318,8 +318,8 @@ void Parser::finish_wraps() {
       ++wrap;
       open_as(NodeKind::factor, static_cast<std::uint8_t>(kFlagStar | (n.flags & kFlagError)), n);
     }
-    if (declaration != tree_->declarations_.end() && declaration->node == i) {
-      declaration->node = nodes_.size();
+    if (declaration != tree_->declarations_.end() && *declaration == i) {
+      *declaration = nodes_.size();
       ++declaration;
     }
     open_as(n.kind, n.flags, n);

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include <nms/lang/source.h>
+
 namespace nms::lang {
 
 /// Every kind of node: X(kind, "what a person calls it"). The comment gives its children in order;
@@ -200,6 +202,13 @@ class NodeList {
       same = same && (nodes_[i + k] & looked_at) == wanted;
     }
     return same;
+  }
+
+  /// Of a leaf that has_shape found.
+  [[nodiscard]] Range near_range(std::uint32_t i) const {
+    const std::uint64_t n = nodes_[i];
+    const auto begin = static_cast<std::uint32_t>(n >> kBeginAt & kMostBegin);
+    return {begin, begin + static_cast<std::uint32_t>(n >> kRestAt)};
   }
 
   // ---- building, by the parser

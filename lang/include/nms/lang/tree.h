@@ -49,12 +49,6 @@ struct Comment {
   bool own_line = false;
 };
 
-/// Where a file declares something, and what.
-struct DeclarationRef {
-  std::uint32_t node = 0;
-  NodeKind kind = NodeKind::error;
-};
-
 /// A parsed file. Any bytes give one. Immutable once parsed; owns its source.
 class Tree {
  public:
@@ -62,17 +56,19 @@ class Tree {
   [[nodiscard]] const Source& source() const { return *source_; }
   [[nodiscard]] const std::shared_ptr<const Source>& source_pointer() const { return source_; }
   [[nodiscard]] const NodeList& nodes() const { return nodes_; }
-  /// What the file declares, in order: the root's children but for errors. Who looks for one kind of thing need not
-  /// walk the tree.
-  [[nodiscard]] const std::vector<DeclarationRef>& declarations() const { return declarations_; }
-  [[nodiscard]] NodeRef at(const DeclarationRef& declaration) const { return {this, declaration.node}; }
+  /// Nodes of what the file declares, in order: the root's children but for errors. Who looks for one kind of thing
+  /// need not walk the tree.
+  [[nodiscard]] const std::vector<std::uint32_t>& declarations() const { return declarations_; }
+  [[nodiscard]] NodeRef at(std::uint32_t node) const { return {this, node}; }
+  /// The text of a leaf that has_shape found: such a leaf's place stands in the node itself.
+  [[nodiscard]] std::string_view near_text(std::uint32_t leaf) const { return source_->slice(nodes_.near_range(leaf)); }
   [[nodiscard]] const std::vector<Comment>& comments() const { return comments_; }
 
  private:
   friend class Parser;
   std::shared_ptr<const Source> source_;
   NodeList nodes_;
-  std::vector<DeclarationRef> declarations_;
+  std::vector<std::uint32_t> declarations_;
   std::vector<Comment> comments_;
 };
 
