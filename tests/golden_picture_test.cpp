@@ -61,6 +61,25 @@ TEST(Overbar, of_a_compiled_program_is_that_of_its_source) {
             run(folder, fmt::format("plot {} --clip the_same -o -", example("wh_question.nms"))));
 }
 
+TEST(Overbar, puts_the_other_hand_below_as_long_as_it_is_there) {
+  const Folder folder;
+  const std::string file = source(folder,
+                                  "utterance both in asl {\n"
+                                  "  signs { topic[ CAR@0s..0.5s ] RED@0.7s..1.1s BIG@1.2s..1.7s }\n"
+                                  "  signs nd { FIRST@0.6s..1.9s THAT@2s..2.2s }\n"
+                                  "  wh on FIRST\n"
+                                  "}\n"
+                                  "utterance alone in asl { signs nd { THAT@0s..0.4s } }\n");
+  EXPECT_EQ(run(folder, fmt::format("gloss {}", file)),
+            "// both\n"
+            " ___topic  _____wh\n"
+            " CAR       RED BIG\n"
+            "           FIRST--  THAT\n"
+            "\n"
+            "// alone\n"
+            " THAT\n");
+}
+
 TEST(Overbar, stacks_by_nesting_and_snaps_to_signs) {
   const Folder folder;
   const std::string file = source(folder,

@@ -27,6 +27,7 @@ Json markers_of(const program::Program& program, const program::Clip& clip) {
     out.push_back({{"time_s", seconds(m.time_ns)},
                    {"kind", program::enum_name(m.kind)},
                    {"name", printable(program.string(m.name))}});
+    if (m.hand != program::Hand::signing) out.back()["hand"] = program::enum_name(m.hand);
   }
   return out;
 }

@@ -20,16 +20,27 @@ bool covers(const TierSpan& use, const TierSpan& sign) {
   return use.start_ns < sign.end_ns && sign.start_ns < use.end_ns;
 }
 
-/// The signs, and a `-` for each use that no sign lies under.
+/// Adds what has no column beneath it, in order of time.
+void insert(std::vector<TierSpan>& columns, TierSpan span) {
+  const auto after =
+      std::find_if(columns.begin(), columns.end(), [&](const TierSpan& s) { return s.start_ns >= span.start_ns; });
+  columns.insert(after, std::move(span));
+}
+
+/// The signs of one hand, those of the other that are signed alone, and a `-` for each use that no sign lies under.
 std::vector<TierSpan> columns_of(const Tiers& tiers) {
-  std::vector<TierSpan> columns = tiers.signs;
+  std::vector<TierSpan> columns;
+  for (const TierSpan& s : tiers.signs)
+    if (!tiers.two_handed() || s.hand == program::Hand::signing) columns.push_back(s);
+  for (const TierSpan& s : tiers.signs) {
+    if (!tiers.two_handed() || s.hand == program::Hand::signing) continue;
+    if (std::none_of(columns.begin(), columns.end(), [&](const TierSpan& c) { return covers(s, c); }))
+      insert(columns, {"", s.start_ns, s.end_ns, s.end_ns, s.hand});
+  }
   for (const TierSpan& use : tiers.uses) {
     if (std::any_of(columns.begin(), columns.end(), [&](const TierSpan& s) { return covers(use, s); })) continue;
     // A use of no length still needs a column of its own.
-    const TierSpan gap{"-", use.start_ns, use.end_ns, std::max(use.end_ns, use.start_ns + 1)};
-    const auto after =
-        std::find_if(columns.begin(), columns.end(), [&](const TierSpan& s) { return s.start_ns >= gap.start_ns; });
-    columns.insert(after, gap);
+    insert(columns, {"-", use.start_ns, use.end_ns, std::max(use.end_ns, use.start_ns + 1)});
   }
   return columns;
 }
@@ -58,6 +69,10 @@ std::string overbar_text(const program::Program& program, const program::Clip& c
   const Tiers tiers = read_tiers(program, clip);
   const std::vector<TierSpan> columns = columns_of(tiers);
   const std::vector<Bar> bars = bars_of(tiers.uses, columns);
+  std::vector<TierSpan> beside;  // what the other hand signs
+  for (const TierSpan& s : tiers.signs)
+    if (tiers.two_handed() && s.hand == program::Hand::other) beside.push_back(s);
+  const std::vector<Bar> others = bars_of(beside, columns);
 
   // Bars that end side by side need a wider gap than glosses do.
   std::vector<std::size_t> gap(columns.size() + 1, 1);
@@ -68,12 +83,14 @@ std::string overbar_text(const program::Program& program, const program::Clip& c
     if (bar.last + 1 < columns.size()) gap[bar.last + 1] = 2;
   }
   // A bar is at least its label and three strokes: its last column grows until it fits.
-  for (const Bar& bar : bars) {
+  const auto make_room = [&](const Bar& bar, std::size_t strokes) {
     std::size_t length = width[bar.first];
     for (std::size_t i = bar.first + 1; i <= bar.last; ++i) length += gap[i] + width[i];
-    const std::size_t needed = text_columns(bar.label) + 3;
+    const std::size_t needed = text_columns(bar.label) + strokes;
     if (length < needed) width[bar.last] += needed - length;
-  }
+  };
+  for (const Bar& bar : bars) make_room(bar, 3);
+  for (const Bar& other : others) make_room(other, 0);
   std::vector<std::size_t> begin(columns.size());
   std::size_t at = 0;
   for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -106,9 +123,20 @@ std::string overbar_text(const program::Program& program, const program::Clip& c
   std::string line;
   at = 0;
   for (std::size_t i = 0; i < columns.size(); ++i) {
+    if (columns[i].name.empty()) continue;
     pad_to(line, at, begin[i], ' ');
     line += columns[i].name;
     at += text_columns(columns[i].name);
+  }
+  if (!line.empty()) out += line + '\n';
+  // Below, what the other hand signs, as long as it is there: FIRST-----.
+  line.clear();
+  at = 0;
+  for (const Bar& other : others) {
+    pad_to(line, at, std::max(begin[other.first], line.empty() ? 0 : at + 1), ' ');
+    line += other.label;
+    at += text_columns(other.label);
+    if (other.last != other.first) pad_to(line, at, begin[other.last] + width[other.last], '-');
   }
   if (!line.empty()) out += line + '\n';
   return out;

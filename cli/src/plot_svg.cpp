@@ -214,22 +214,13 @@ class Plot {
 
   void signs() {
     if (tiers_.signs.empty()) return;
-    // Signs at the same time, of two hands, stand in rows of their own.
-    std::vector<std::int64_t> row_end;
-    std::vector<std::size_t> row_of;
-    for (const TierSpan& s : tiers_.signs) {
-      std::size_t r = 0;
-      while (r < row_end.size() && row_end[r] > s.start_ns) ++r;
-      if (r == row_end.size()) row_end.push_back(0);
-      row_end[r] = s.end_ns;
-      row_of.push_back(r);
-    }
+    const bool two_handed = tiers_.two_handed();
     std::vector<double> lane_end;
-    const double boxes_end = y_ + (kSignHeight + 3.0) * static_cast<double>(row_end.size());
+    const double boxes_end = y_ + (kSignHeight + 3.0) * (two_handed ? 2.0 : 1.0);
     std::string boxes;
     for (std::size_t i = 0; i < tiers_.signs.size(); ++i) {
       const TierSpan& s = tiers_.signs[i];
-      const double top = y_ + (kSignHeight + 3.0) * static_cast<double>(row_of[i]);
+      const double top = y_ + (kSignHeight + 3.0) * (two_handed && s.hand == program::Hand::other ? 1.0 : 0.0);
       const double x1 = x(s.start_ns);
       const double x2 = x(s.end_ns);
       const double hold = x(s.stroke_end_ns);
@@ -271,6 +262,7 @@ class Plot {
     }
     body_ += boxes;
     text(12.0, y_ + 14.0, "signs", "fill=\"#666666\"");
+    if (two_handed) text(12.0, y_ + kSignHeight + 17.0, "other hand", "fill=\"#666666\"");
     y_ = boxes_end + kLaneHeight * static_cast<double>(lane_end.size()) + 8.0;
   }
 

@@ -29,11 +29,13 @@ Character decode(std::string_view text) {
 }
 
 /// The first that is open under this name: starts and ends pair in order.
-void close(std::vector<TierSpan>& spans, std::vector<std::size_t>& open, std::string_view name, std::int64_t end_ns) {
-  const auto it = std::find_if(open.begin(), open.end(), [&](std::size_t i) { return spans[i].name == name; });
+void close(std::vector<TierSpan>& spans, std::vector<std::size_t>& open, std::string_view name,
+           const program::Marker& end) {
+  const auto it = std::find_if(open.begin(), open.end(),
+                               [&](std::size_t i) { return spans[i].name == name && spans[i].hand == end.hand; });
   if (it == open.end()) return;
-  spans[*it].end_ns = end_ns;
-  spans[*it].stroke_end_ns = std::min(spans[*it].stroke_end_ns, end_ns);
+  spans[*it].end_ns = end.time_ns;
+  spans[*it].stroke_end_ns = std::min(spans[*it].stroke_end_ns, end.time_ns);
   open.erase(it);
 }
 
@@ -54,24 +56,25 @@ Tiers read_tiers(const program::Program& program, const program::Clip& clip) {
     switch (m.kind) {
       case program::MarkerKind::sign_start:
         open_signs.push_back(tiers.signs.size());
-        tiers.signs.push_back({name, m.time_ns, clip.end_ns, clip.end_ns});
+        tiers.signs.push_back({name, m.time_ns, clip.end_ns, clip.end_ns, m.hand});
         break;
       case program::MarkerKind::stroke_end:
         for (const std::size_t i : open_signs)
-          if (tiers.signs[i].name == name && tiers.signs[i].stroke_end_ns == clip.end_ns) {
+          if (tiers.signs[i].name == name && tiers.signs[i].hand == m.hand &&
+              tiers.signs[i].stroke_end_ns == clip.end_ns) {
             tiers.signs[i].stroke_end_ns = m.time_ns;
             break;
           }
         break;
       case program::MarkerKind::sign_end:
-        close(tiers.signs, open_signs, name, m.time_ns);
+        close(tiers.signs, open_signs, name, m);
         break;
       case program::MarkerKind::use_start:
         open_uses.push_back(tiers.uses.size());
         tiers.uses.push_back({name, m.time_ns, clip.end_ns, clip.end_ns});
         break;
       case program::MarkerKind::use_end:
-        close(tiers.uses, open_uses, name, m.time_ns);
+        close(tiers.uses, open_uses, name, m);
         break;
       default:
         break;
@@ -80,6 +83,11 @@ Tiers read_tiers(const program::Program& program, const program::Clip& clip) {
   order(tiers.signs);
   order(tiers.uses);
   return tiers;
+}
+
+bool Tiers::two_handed() const {
+  const auto other = [](const TierSpan& s) { return s.hand == program::Hand::other; };
+  return std::any_of(signs.begin(), signs.end(), other) && !std::all_of(signs.begin(), signs.end(), other);
 }
 
 std::vector<std::size_t> stack_by_nesting(const std::vector<Stretch>& stretches) {

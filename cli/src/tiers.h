@@ -16,12 +16,16 @@ struct TierSpan {
   std::int64_t start_ns = 0;
   std::int64_t stroke_end_ns = 0;  ///< of a sign: the hold begins; else the end
   std::int64_t end_ns = 0;
+  program::Hand hand = program::Hand::signing;
 };
 
 /// What a clip's markers say of signs and of entries used over them; both by their start, outer uses before inner.
 struct Tiers {
   std::vector<TierSpan> signs;
   std::vector<TierSpan> uses;
+
+  /// Whether both hands sign, so that a page needs a row for each.
+  [[nodiscard]] bool two_handed() const;
 };
 
 [[nodiscard]] Tiers read_tiers(const program::Program& program, const program::Clip& clip);

@@ -104,12 +104,6 @@ Description MissingArgument::describe() const {
           {{"name", name}, {"parameter", parameter}}};
 }
 
-Description NotCompiled::describe() const {
-  return {fmt::format("{} is understood but not yet compiled", construct),
-          {"remove it: nothing that is written may be ignored"},
-          {{"construct", construct}}};
-}
-
 Description UnknownPhone::describe() const {
   Description d{text.empty() ? std::string("a mouthing has no phones") : fmt::format("{} is no phone", phone),
                 {"write IPA or X-SAMPA, \"bUk\", or ARPAbet with blanks, \"B UH1 K\"; a backslash is written twice"},

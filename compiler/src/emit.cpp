@@ -154,7 +154,7 @@ std::optional<TooLarge> Emitter::clip(const ClipDraft& clip, const std::vector<M
   out.first_marker = static_cast<std::uint32_t>(draft.markers.size());
   out.marker_count = static_cast<std::uint32_t>(markers.size());
   for (const DraftMarker& m : markers) {
-    draft.markers.push_back({m.time_ns, string(m.name), m.kind, {}});
+    draft.markers.push_back({m.time_ns, string(m.name), m.kind, m.hand, {}});
     hash.number(m.time_ns);
     hash.text(m.name);
     hash.number(static_cast<std::int64_t>(m.kind));

@@ -200,10 +200,6 @@ std::optional<ClipDraft> lower_timeline(const Declaration& d, const Scope& scope
   }
   PlacementContext context{nullptr, {0, length, kUnreachable, kUnreachable}};
   for (NodeRef item : d.node.children()) {
-    if (item.is(NodeKind::when) || item.is(NodeKind::optional) || item.is(NodeKind::one_of)) {
-      evaluator.report(scope, item, NotCompiled{std::string(lang::describe(item.kind()))});
-      continue;
-    }
     if (!item.is(NodeKind::placement)) continue;
     const bool placed = item.child(NodeKind::over) || item.child(NodeKind::at) || item.child(NodeKind::on);
     if (!placed && !stated) {

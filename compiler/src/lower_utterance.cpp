@@ -207,10 +207,11 @@ class UtteranceLowering {
   void sign_markers() {
     for (const Sign& s : tier_.signs) {
       const std::string name(s.gloss);  // an alias only tells signs apart in the source
-      clip_.markers.push_back({s.start_ns, name, program::MarkerKind::sign_start});
+      const program::Hand hand = s.non_dominant ? program::Hand::other : program::Hand::signing;
+      clip_.markers.push_back({s.start_ns, name, program::MarkerKind::sign_start, hand});
       if (s.stroke_end_ns != s.end_ns)
-        clip_.markers.push_back({s.stroke_end_ns, name, program::MarkerKind::stroke_end});
-      clip_.markers.push_back({s.end_ns, name, program::MarkerKind::sign_end});
+        clip_.markers.push_back({s.stroke_end_ns, name, program::MarkerKind::stroke_end, hand});
+      clip_.markers.push_back({s.end_ns, name, program::MarkerKind::sign_end, hand});
     }
   }
 
@@ -283,7 +284,22 @@ class UtteranceLowering {
     }
   }
 
-  /// The entry's own domain round a sign: the innermost bracket of its kind; else the signs about it that are no topic.
+  /// What the signing hand signs while the other hand signs this: the sign that shares most time with it.
+  std::optional<std::uint32_t> signed_beside(std::uint32_t other) const {
+    std::optional<std::uint32_t> best;
+    std::int64_t most_ns = 0;
+    for (std::uint32_t i = 0; i < tier_.main_count(); ++i) {
+      const std::int64_t shared_ns = std::min(tier_.signs[i].end_ns, tier_.signs[other].end_ns) -
+                                     std::max(tier_.signs[i].start_ns, tier_.signs[other].start_ns);
+      if (shared_ns <= most_ns) continue;
+      most_ns = shared_ns;
+      best = i;
+    }
+    return best;
+  }
+
+  /// The entry's own domain round a sign: the innermost bracket of its kind; else the signs about it that are no topic,
+  /// of the signing hand if it signs at the time.
   Span spread(const Declaration& e, std::uint32_t sign) const {
     const std::string_view domain = spreading_of(e);
     const Bracket* best = nullptr;
@@ -297,10 +313,14 @@ class UtteranceLowering {
       const Sign& s = tier_.signs[sign];
       return {s.start_ns, s.end_ns, sign, sign};
     }
+    if (sign >= tier_.main_count())
+      if (const auto beside = signed_beside(sign)) return spread(e, *beside);
+    const std::uint32_t first = sign < tier_.main_count() ? 0 : tier_.main_count();
+    const auto end = static_cast<std::uint32_t>(first == 0 ? tier_.main_count() : tier_.signs.size());
     Span out{tier_.signs[sign].start_ns, tier_.signs[sign].end_ns, sign, sign};
     const bool topic = in_topic_[sign];
-    while (out.first_sign > 0 && in_topic_[out.first_sign - 1] == topic) --out.first_sign;
-    while (out.last_sign + 1 < tier_.main_count() && in_topic_[out.last_sign + 1] == topic) ++out.last_sign;
+    while (out.first_sign > first && in_topic_[out.first_sign - 1] == topic) --out.first_sign;
+    while (out.last_sign + 1 < end && in_topic_[out.last_sign + 1] == topic) ++out.last_sign;
     out.start_ns = tier_.signs[out.first_sign].start_ns;
     for (std::uint32_t i = out.first_sign; i <= out.last_sign; ++i)
       out.end_ns = std::max(out.end_ns, tier_.signs[i].end_ns);
@@ -355,10 +375,6 @@ class UtteranceLowering {
     } else if (const NodeRef on = item.child(NodeKind::on)) {
       const auto s = on.at(0) ? placer.sign(on.at(0)) : std::nullopt;
       if (!s) return;
-      if (*s >= tier_.main_count()) {
-        evaluator_.report(scope_, on, NotCompiled{"spreading from a sign of the other hand"});
-        return;
-      }
       span = spread(*e, *s);
     } else if (const NodeRef at = item.child(NodeKind::at)) {
       const NodeRef point = at.child(NodeKind::point);

@@ -70,6 +70,7 @@ struct DraftMarker {
   std::int64_t time_ns = 0;
   std::string name;
   program::MarkerKind kind = program::MarkerKind::mark;
+  program::Hand hand = program::Hand::signing;
 };
 
 /// Where a segment came from, before it is in a program.

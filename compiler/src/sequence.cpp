@@ -146,7 +146,8 @@ std::optional<Sequence> Evaluator::sequence(NodeRef parent, std::string_view nam
     if (const NodeRef options = node.child(NodeKind::options))
       for (NodeRef p : options.children()) {
         if (p.is(NodeKind::profile)) {
-          report(scope, p, NotCompiled{"a profile"});
+          report(scope, p, UnknownProperty{"profile", "a step", {"easing"}})
+              .helps.emplace_back("steps say by themselves how far the face has come: a profile is for what is placed");
           good = false;
         } else if (is_property(p) && p.at(0).text() == "easing") {
           const auto e = easing(p.at(1), scope);

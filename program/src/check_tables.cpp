@@ -320,8 +320,9 @@ bool Checker::clips() {
 bool Checker::markers() {
   for (std::size_t i = 0; i < program_.markers.size(); ++i) {
     const Marker& marker = program_.markers[i];
-    if (!is_time(marker.time_ns) || !is_string(marker.name) || !is_enumerator(marker.kind) || !is_zero(marker.zero)) {
-      return refuse("markers", i, "its time, name, kind or filling is out of range");
+    if (!is_time(marker.time_ns) || !is_string(marker.name) || !is_enumerator(marker.kind) ||
+        !is_enumerator(marker.hand) || !is_zero(marker.zero)) {
+      return refuse("markers", i, "its time, name, kind, hand or filling is out of range");
     }
   }
   for (const Clip& clip : program_.clips) {

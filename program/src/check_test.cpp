@@ -336,6 +336,7 @@ TEST(check, refuses_every_broken_table_by_its_place) {
       {"markers[1]", [&](Draft& d) { d.markers[1].name = kBadString; }},
       {"markers[1]", [](Draft& d) { d.markers[1].kind = static_cast<MarkerKind>(12); }},
       {"markers[1]", [](Draft& d) { d.markers[1].zero[1] = 8; }},
+      {"markers[1]", [](Draft& d) { d.markers[1].hand = static_cast<Hand>(2); }},
       {"knot_sources[0]", [](Draft& d) { d.knot_sources.pop_back(); }},
       {"knot_sources[1]", [](Draft& d) { d.knot_sources[1] = 5; }},
       {"sources[1]", [&](Draft& d) { d.sources[1].file = kBadString; }},

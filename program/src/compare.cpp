@@ -59,6 +59,7 @@ std::vector<std::pair<MarkKey, std::int64_t>> marks_of(const Program& p, const C
         m.kind == MarkerKind::release)
       continue;  // they follow from the curves
     std::string name(p.string(m.name));
+    if (m.hand == Hand::other) name += " (other hand)";
     const int nth = ++seen[{name, m.kind}];
     if (nth > 1) name += fmt::format(" ({})", nth);
     out.push_back({{std::move(name), m.kind}, m.time_ns});

@@ -441,7 +441,8 @@ class Reader {
     if (word == "marker") {
       Marker& marker = draft_.markers.emplace_back();
       ++clip.marker_count;
-      return time(rest, marker.time_ns) && enumerator(rest, marker.kind) && name(rest, marker.name) && end(rest);
+      return time(rest, marker.time_ns) && enumerator(rest, marker.kind) && name(rest, marker.name) &&
+             (rest.at_end() || enumerator(rest, marker.hand)) && end(rest);
     }
     if (word == "curve") {
       Curve& curve = draft_.curves.emplace_back();

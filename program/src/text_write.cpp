@@ -164,6 +164,7 @@ class Writer {
       time(marker.time_ns);
       add(" {} ", enum_name(marker.kind));
       word(marker.name);
+      if (marker.hand != Hand::signing) add(" {}", enum_name(marker.hand));
       add("\n");
     }
     for (const Curve& curve : program_.curves.subspan(clip.first_curve, clip.curve_count)) {

@@ -24,7 +24,6 @@ namespace nms::compiler {
   X(UnitMismatch, unit_mismatch, error)                   \
   X(UnexpectedArgument, unexpected_argument, error)       \
   X(MissingArgument, missing_argument, error)             \
-  X(NotCompiled, not_compiled, error)                     \
   X(BadFacsString, bad_facs_string, error)                \
   X(UnknownPhone, unknown_phone, error)                 \
   X(StepsNotWhole, steps_not_whole, error)                \
@@ -132,11 +131,6 @@ struct MissingArgument {
   NMS_KIND(missing_argument, error);
   std::string name;
   std::string parameter;
-};
-/// A construct that parses but has no meaning yet: refused, never ignored.
-struct NotCompiled {
-  NMS_KIND(not_compiled, error);
-  std::string construct;
 };
 /// A mouthing's text is neither IPA and X-SAMPA nor ARPAbet.
 struct UnknownPhone {

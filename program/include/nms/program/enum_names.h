@@ -47,6 +47,10 @@ struct EnumNames<MarkerKind> {
       "offset", "release",    "use_start",  "use_end",  "utterance_start", "utterance_end"};
 };
 template <>
+struct EnumNames<Hand> {
+  static constexpr std::array<std::string_view, 2> kNames{"signing", "other"};
+};
+template <>
 struct EnumNames<MuscleKind> {
   static constexpr std::array<std::string_view, 7> kNames{"linear", "sheet", "sphincter", "eyelid",
                                                           "hinge",  "bulge", "roll"};

@@ -141,13 +141,20 @@ enum class MarkerKind : std::uint8_t {
   utterance_end,
 };
 
+/// Whose sign a marker is of. What is no sign's is the signing hand's.
+enum class Hand : std::uint8_t {
+  signing,
+  other,  ///< of `signs nd { }`
+};
+
 /// A named moment of a clip; a clip's markers ascend in time.
-/// Starts and ends pair by name, the first to start is the first to end. At the same time the outer use stands first.
+/// Starts and ends pair by name and hand, the first to start is the first to end. At the same time the outer use stands first.
 struct Marker {
   std::int64_t time_ns = 0;
   StringId name{};
   MarkerKind kind = MarkerKind::mark;
-  std::uint8_t zero[3] = {};
+  Hand hand = Hand::signing;
+  std::uint8_t zero[2] = {};
 };
 
 /// Where a segment came from. The source map holds one index into this table for each knot (or kNone).
