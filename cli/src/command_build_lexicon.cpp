@@ -244,7 +244,7 @@ void run(const GlobalOptions& global, const BuildOptions& options, SourceFiles& 
     jobs.back().assets.push_back(&a);
   }
   if (!jobs.empty()) {
-    const auto face = read_face(*surface, diagnostics);
+    const auto face = read_face(program, *surface, diagnostics);
     if (!face) return;
     const auto rig = bind_face(*face, program, diagnostics);
     if (!rig) return;

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include <nms/compiler/compile.h>
-#include <nms/runtime/face_x3d.h>
+#include <nms/runtime/face_file.h>
 
 #include "program_beside.h"
 #include "report.h"
@@ -220,25 +222,54 @@ std::shared_ptr<const lang::Source> face_surface(const program::Program& program
   return source;
 }
 
-std::optional<runtime::Face> read_face(const lang::Source& surface, lang::Diagnostics& diagnostics) {
-  auto read = runtime::read_face_x3d(surface.text(), surface.path());
+std::optional<runtime::Face> read_face(const program::Program& program, const lang::Source& surface,
+                                       lang::Diagnostics& diagnostics) {
+  auto read = runtime::read_face(surface.text(), surface.path(), runtime::face_form(program));
   if (read) return std::move(*read);
   add_failure(diagnostics, read.error());
   return std::nullopt;
 }
 
+namespace {
+
+/// One warning for each place or region that is not there, however many muscles ask for it.
+void warn_of_gaps(const program::Program& program, const std::vector<runtime::RigGap>& gaps,
+                  lang::Diagnostics& diagnostics) {
+  std::map<std::pair<bool, std::string>, std::vector<std::string>> users;
+  for (const runtime::RigGap& gap : gaps)
+    users[{gap.is_region, gap.name}].emplace_back(gap.muscle != program::kNone
+                                                      ? program.string(program.muscles[gap.muscle].name)
+                                                      : program.string(program.channels[gap.channel].name));
+  const std::string face(program.faces.empty() ? std::string_view("face") : program.string(program.faces[0].name));
+  for (const auto& [missing, names] : users) {
+    const auto& [is_region, name] = missing;
+    add_failure(diagnostics,
+                {is_region ? "missing_region" : "missing_landmark", face,
+                 fmt::format("it has no {} {}, so these do nothing: {}", is_region ? "region" : "landmark", name,
+                             fmt::join(names, ", ")),
+                 is_region ? "give the landmarks about it; nmsc face check says which" : "give the landmark"},
+                lang::Severity::warning);
+  }
+}
+
+}  // namespace
+
 std::optional<runtime::Rig> bind_face(const runtime::Face& face, const program::Program& program,
                                       lang::Diagnostics& diagnostics) {
-  auto rig = runtime::bind(face, program);
-  if (rig) return std::move(*rig);
-  add_failure(diagnostics, rig.error());
-  return std::nullopt;
+  std::vector<runtime::RigGap> gaps;
+  auto rig = runtime::bind(face, program, &gaps);
+  if (!rig) {
+    add_failure(diagnostics, rig.error());
+    return std::nullopt;
+  }
+  warn_of_gaps(program, gaps, diagnostics);
+  return std::move(*rig);
 }
 
 std::optional<runtime::Face> load_face(const program::Program& program, const std::string& face, SourceFiles& sources,
                                        lang::Diagnostics& diagnostics) {
   const auto surface = face_surface(program, face, sources, diagnostics);
-  return surface ? read_face(*surface, diagnostics) : std::nullopt;
+  return surface ? read_face(program, *surface, diagnostics) : std::nullopt;
 }
 
 const program::Clip* find_clip(const program::Program& program, const std::string& name, const std::string& file,

@@ -62,9 +62,10 @@ void check_files(const GlobalOptions& global, const std::vector<std::string>& fi
 [[nodiscard]] std::shared_ptr<const lang::Source> face_surface(const program::Program& program, const std::string& face,
                                                                SourceFiles& sources, lang::Diagnostics& diagnostics);
 
-[[nodiscard]] std::optional<runtime::Face> read_face(const lang::Source& surface, lang::Diagnostics& diagnostics);
+[[nodiscard]] std::optional<runtime::Face> read_face(const program::Program& program, const lang::Source& surface,
+                                                     lang::Diagnostics& diagnostics);
 
-/// The face bound to the program's rig description.
+/// The face bound to the program's rig description. What it lacks a place for is warned of, and does nothing.
 [[nodiscard]] std::optional<runtime::Rig> bind_face(const runtime::Face& face, const program::Program& program,
                                                     lang::Diagnostics& diagnostics);
 

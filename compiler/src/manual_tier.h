@@ -17,7 +17,7 @@ struct Sign {
   std::int64_t stroke_end_ns = 0;
   std::int64_t end_ns = 0;
   bool non_dominant = false;
-  bool timed = false;  ///< by the source or from outside; else its times are measured ones
+  bool timed = false;        ///< by the source or from outside; else its times are measured ones
   std::uint32_t cycles = 1;  ///< of its movement: one more for each `+` at the gloss's end, or what its tag counts
   lang::NodeRef node;
 };

@@ -63,7 +63,7 @@ class RigBuilder {
     }
     for (const Declaration* m : muscles) muscle(*m);
     actuations();
-    if (face != nullptr) landmarks(*face);
+    if (face != nullptr) build_face(*face, evaluator_, emitter_);
   }
 
  private:
@@ -82,27 +82,7 @@ class RigBuilder {
     return s;
   }
 
-  /// Three lengths, metres.
-  bool vector(NodeRef node, const Scope& scope, float (&out)[3]) {
-    int i = 0;
-    for (NodeRef q : node.children()) {
-      if (!q.is(NodeKind::quantity) || i == 3) continue;
-      const auto read = lang::read_quantity(q.text());
-      if (!read) return false;
-      if (read->unit != Unit::length && read->value != 0.0) {
-        evaluator_.report(scope, q,
-                          UnitMismatch{std::string(q.text()), std::string(lang::describe(read->unit)),
-                                       std::string(lang::describe(Unit::length))});
-        return false;
-      }
-      if (read->value < -1e5 || read->value > 1e5) {
-        evaluator_.report(scope, q, OutOfRange{std::string(q.text()), "100 metres about the face's origin"});
-        return false;
-      }
-      out[i++] = static_cast<float>(read->value / 1000.0);
-    }
-    return i == 3;
-  }
+  bool vector(NodeRef node, const Scope& scope, float (&out)[3]) { return read_place(node, scope, evaluator_, out); }
 
   void muscle(const Declaration& d) {
     if (d.node.has(lang::kFlagError)) return;
@@ -113,9 +93,10 @@ class RigBuilder {
     static constexpr std::string_view kKinds[] = {"linear", "sheet", "sphincter", "eyelid", "hinge", "bulge", "roll"};
     const auto* it = std::find(std::begin(kKinds), std::end(kKinds), word);
     if (it == std::end(kKinds)) {
-      evaluator_.report(scope, kind ? kind : d.node,
-                        UnknownName{"kind of muscle", std::string(word),
-                                    lang::nearest(word, std::vector<std::string>(std::begin(kKinds), std::end(kKinds)))});
+      evaluator_.report(
+          scope, kind ? kind : d.node,
+          UnknownName{"kind of muscle", std::string(word),
+                      lang::nearest(word, std::vector<std::string>(std::begin(kKinds), std::end(kKinds)))});
       return;
     }
     m.kind = static_cast<MuscleKind>(it - std::begin(kKinds));
@@ -269,45 +250,6 @@ class RigBuilder {
     }
   }
 
-  void landmarks(const Declaration& face) {
-    const Scope scope = scope_of(face);
-    program::FaceReference reference;
-    reference.name = emitter_.string(face.name);
-    for (NodeRef item : face.node.children()) {
-      if (is_property(item)) {
-        const std::string_view name = item.at(0).text();
-        if (name == "surface" && item.at(1) && item.at(1).is(NodeKind::string)) {
-          reference.surface = emitter_.string(unquoted(item.at(1)));
-        } else if (name == "surface") {
-          evaluator_.report(scope, item, BadProperty{"surface", "no file", "the name of a file: surface \"ada.x3d\""});
-        } else if (name != "source" && name != "licence") {
-          evaluator_.report(scope, item.at(0),
-                            UnknownProperty{std::string(name), "a face", {"surface", "source", "licence"}});
-        }
-        continue;
-      }
-      if (!item.is(NodeKind::landmark)) continue;
-      const NodeRef name = item.child(NodeKind::name);
-      const NodeRef at = item.child(NodeKind::vector);
-      program::Landmark l;
-      if (!name || !at || !vector(at, scope, l.position)) continue;
-      const bool sided = item.child(NodeKind::sides).exists();
-      const std::string first = fmt::format("{}{}", name.text(), sided ? "_L" : "");
-      if (std::find(landmark_names_.begin(), landmark_names_.end(), first) != landmark_names_.end()) {
-        evaluator_.report(scope, name, DuplicateName{"landmark", std::string(name.text())});
-        continue;
-      }
-      landmark_names_.push_back(first);
-      l.name = emitter_.string(first);
-      emitter_.draft.landmarks.push_back(l);
-      if (!sided) continue;
-      l.name = emitter_.string(fmt::format("{}_R", name.text()));
-      l.position[0] = -l.position[0];
-      emitter_.draft.landmarks.push_back(l);
-    }
-    emitter_.draft.faces.push_back(reference);
-  }
-
   struct Found {
     std::string name;
     bool sided;
@@ -316,10 +258,30 @@ class RigBuilder {
   Evaluator& evaluator_;
   Emitter& emitter_;
   std::vector<Found> found_;
-  std::vector<std::string> landmark_names_;
 };
 
 }  // namespace
+
+bool read_place(NodeRef node, const Scope& scope, Evaluator& evaluator, float (&out)[3]) {
+  int i = 0;
+  for (NodeRef q : node.children()) {
+    if (!q.is(NodeKind::quantity) || i == 3) continue;
+    const auto read = lang::read_quantity(q.text());
+    if (!read) return false;
+    if (read->unit != Unit::length && read->value != 0.0) {
+      evaluator.report(scope, q,
+                       UnitMismatch{std::string(q.text()), std::string(lang::describe(read->unit)),
+                                    std::string(lang::describe(Unit::length))});
+      return false;
+    }
+    if (read->value < -1e5 || read->value > 1e5) {
+      evaluator.report(scope, q, OutOfRange{std::string(q.text()), "100 metres about the face's origin"});
+      return false;
+    }
+    out[i++] = static_cast<float>(read->value / 1000.0);
+  }
+  return i == 3;
+}
 
 void build_rig(const std::string& face_name, Evaluator& evaluator, Emitter& emitter) {
   RigBuilder(evaluator, emitter).build(face_name);

@@ -70,6 +70,15 @@ bool Parser::landmark() {
   advance();
   if (!name("the landmark's name")) return false;
   if (at_word("sides")) leaf(NodeKind::sides);
+  if (at_word("vertex")) {
+    leaf(NodeKind::name);
+    return quantity("the vertex' number") && (!at_quantity() || quantity());
+  }
+  if (at_word("on")) {
+    leaf(NodeKind::name);
+    return string("the surface's name in quotes") && quantity("the place along u, from 0 to 1") &&
+           quantity("the place along v, from 0 to 1");
+  }
   return vector();
 }
 

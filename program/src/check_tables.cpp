@@ -41,7 +41,7 @@ class Checker {
 
   std::optional<Failure> run() {
     (void)(strings() && tracks() && channels() && knots() && curves() && clips() && markers() && sources() &&
-           inputs() && muscles() && actuations() && landmarks() && faces());
+           inputs() && muscles() && actuations() && landmarks() && faces() && face_parts());
     return std::move(failure_);
   }
 
@@ -71,6 +71,7 @@ class Checker {
   bool muscles();
   bool actuations();
   bool landmarks();
+  bool face_parts();
   bool faces();
 
   template <typename Record>
@@ -432,8 +433,11 @@ bool Checker::actuations() {
 bool Checker::landmarks() {
   for (std::size_t i = 0; i < program_.landmarks.size(); ++i) {
     const Landmark& landmark = program_.landmarks[i];
-    if (!is_string(landmark.name) || !is_finite(landmark.position)) {
+    if (!is_string(landmark.name) || !is_finite(landmark.position) || !is_string(landmark.surface)) {
       return refuse("landmarks", i, "its name or its place is out of range");
+    }
+    if (landmark.vertex != kNone && landmark.surface != StringId{}) {
+      return refuse("landmarks", i, "it is at a vertex and on a surface, and can be one only");
     }
   }
   return unique_names("landmarks", program_.landmarks);
@@ -444,8 +448,32 @@ bool Checker::faces() {
     return refuse("faces", 1, "a program is for one face at most");
   }
   for (std::size_t i = 0; i < program_.faces.size(); ++i) {
-    if (!is_string(program_.faces[i].name) || !is_string(program_.faces[i].surface)) {
-      return refuse("faces", i, "it names a string that there is not");
+    const FaceReference& face = program_.faces[i];
+    if (!is_string(face.name) || !is_string(face.surface) || !is_zero(face.zero)) {
+      return refuse("faces", i, "it names a string that there is not, or its filling is not zero");
+    }
+    if (!is_enumerator(face.up) || !is_enumerator(face.forward) ||
+        static_cast<int>(face.up) % 3 == static_cast<int>(face.forward) % 3) {
+      return refuse("faces", i, "up and forward are not two of its axes");
+    }
+    if (!is_within(face.unit, 1e-6F, 1000.0F)) {
+      return refuse("faces", i, fmt::format("its unit is {} m, not 1e-6 to 1000", face.unit));
+    }
+    if (!is_finite(face.origin) || !is_finite(face.low) || !is_finite(face.high)) {
+      return refuse("faces", i, "its bounds are not finite numbers");
+    }
+  }
+  return true;
+}
+
+bool Checker::face_parts() {
+  for (std::size_t i = 0; i < program_.face_parts.size(); ++i) {
+    const FacePart& part = program_.face_parts[i];
+    if (!is_enumerator(part.kind) || !is_string(part.name) || !is_zero(part.zero)) {
+      return refuse("face_parts", i, "its kind or its name is out of range");
+    }
+    if (part.last < part.first) {
+      return refuse("face_parts", i, fmt::format("its vertices run from {} to {}", part.first, part.last));
     }
   }
   return true;

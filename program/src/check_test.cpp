@@ -172,9 +172,9 @@ TEST(check, refuses_bytes_that_are_not_aligned) {
 
 TEST(check, refuses_newer_and_unknown_versions) {
   std::vector<std::byte> bytes = small_bytes();
-  write(bytes, offsetof(Header, version_major), std::uint16_t{3});
+  write(bytes, offsetof(Header, version_major), std::uint16_t{kVersionMajor + 1});
   EXPECT_EQ(kind_of(bytes), "newer_version");
-  write(bytes, offsetof(Header, version_major), std::uint16_t{1});
+  write(bytes, offsetof(Header, version_major), std::uint16_t{kVersionMajor - 1});
   EXPECT_EQ(kind_of(bytes), "older_version");
 }
 

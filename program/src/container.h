@@ -16,7 +16,7 @@
 /// A newer minor version may add sections with kinds of its own; a change to a record is a new major version.
 namespace nms::program {
 
-inline constexpr std::uint16_t kVersionMajor = 2;
+inline constexpr std::uint16_t kVersionMajor = 3;
 inline constexpr std::uint16_t kVersionMinor = 0;
 
 /// A byte above 127 and both kinds of line end, so that a copy in text mode is found out at once.
@@ -60,8 +60,9 @@ enum class SectionKind : std::uint32_t {
   string_begin,
   string_bytes,
   inputs,
+  face_parts,
 };
-inline constexpr std::uint32_t kSectionCount = 16;
+inline constexpr std::uint32_t kSectionCount = 17;
 
 /// Calls `visit(kind, name, span)` for every table of a program, in the order of the file.
 template <typename AProgram, typename Visit>
@@ -82,6 +83,7 @@ void visit_sections(AProgram& program, const Visit& visit) {
   visit(SectionKind::string_begin, std::string_view("string_begin"), program.string_begin);
   visit(SectionKind::string_bytes, std::string_view("string_bytes"), program.string_bytes);
   visit(SectionKind::inputs, std::string_view("inputs"), program.inputs);
+  visit(SectionKind::face_parts, std::string_view("face_parts"), program.face_parts);
 }
 
 [[nodiscard]] constexpr std::uint64_t align_to_8(std::uint64_t offset) { return (offset + 7U) & ~std::uint64_t{7}; }

@@ -27,10 +27,10 @@ std::vector<std::byte> encode(const Draft& draft) {
     string_begin.push_back(static_cast<std::uint32_t>(string_bytes.size()));
   }
   // The draft as a program, not checked: only to name its tables in the order of the file.
-  const Program tables{draft.tracks,  draft.channels, draft.clips,      draft.curves,
-                       draft.knots,   draft.handles,  draft.markers,    draft.knot_sources,
-                       draft.sources, draft.muscles,  draft.actuations, draft.landmarks,
-                       draft.faces,   string_begin,   string_bytes,     draft.inputs};
+  const Program tables{draft.tracks,     draft.channels,  draft.clips,        draft.curves,     draft.knots,
+                       draft.handles,    draft.markers,   draft.knot_sources, draft.sources,    draft.muscles,
+                       draft.actuations, draft.landmarks, draft.faces,        draft.face_parts, string_begin,
+                       string_bytes,     draft.inputs};
 
   std::vector<Section> sections;
   std::uint64_t size = sizeof(Header) + kSectionCount * sizeof(Section);

@@ -17,7 +17,7 @@ namespace nms::program {
 extern const std::string_view kSmallProgram;
 
 /// The checksum of its image: it changes with the format, and with nothing else.
-inline constexpr std::uint64_t kSmallChecksum = 13731612259606444330U;
+inline constexpr std::uint64_t kSmallChecksum = 15740839510282498002U;
 
 /// kSmallProgram, read.
 [[nodiscard]] Draft small_draft();

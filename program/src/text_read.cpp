@@ -201,7 +201,7 @@ class Reader {
   }
 
  private:
-  enum class Section { none, tracks, channels, clip, muscle, actuations, landmarks, inputs };
+  enum class Section { none, tracks, channels, clip, muscle, actuations, landmarks, face_parts, inputs };
   using Names = std::unordered_map<std::string, std::uint32_t>;
 
   bool want(std::string_view what) {
@@ -291,6 +291,15 @@ class Reader {
 
   bool end(Line& line) { return line.at_end() || want("the end of the line"); }
 
+  bool index(Line& line, std::uint32_t& value) {
+    const auto number = to_unsigned<std::uint32_t>(line.bare());
+    if (!number) {
+      return want("a whole number");
+    }
+    value = *number;
+    return true;
+  }
+
   bool field(Line& line, StringId& id) { return name(line, id); }
   bool field(Line& line, float& value) { return number(line, value); }
   bool field(Line& line, float (&value)[3]) {
@@ -332,6 +341,8 @@ class Reader {
         return actuation(line);
       case Section::landmarks:
         return landmark(line);
+      case Section::face_parts:
+        return face_part(line);
       case Section::inputs:
         return input(line);
     }
@@ -356,6 +367,10 @@ class Reader {
       section_ = Section::landmarks;
       return end(line);
     }
+    if (word == "face_parts") {
+      section_ = Section::face_parts;
+      return end(line);
+    }
     if (word == "inputs") {
       section_ = Section::inputs;
       return end(line);
@@ -376,12 +391,59 @@ class Reader {
       if (!name(line, face.name)) {
         return false;
       }
-      if (line.at_end()) {
-        return true;
-      }
-      return (line.bare() == "surface" || want("\"surface\"")) && name(line, face.surface) && end(line);
+      return face_fields(line, face);
     }
-    return want("tracks, channels, clip, face, landmarks, muscle, actuations or inputs");
+    return want("tracks, channels, clip, face, face_parts, landmarks, muscle, actuations or inputs");
+  }
+
+  bool face_fields(Line& line, FaceReference& face) {
+    while (!line.at_end()) {
+      const std::string_view key = line.bare();
+      bool is_good = false;
+      if (key == "surface") {
+        is_good = field(line, face.surface);
+      } else if (key == "unit") {
+        is_good = field(line, face.unit);
+      } else if (key == "up") {
+        is_good = field(line, face.up);
+      } else if (key == "forward") {
+        is_good = field(line, face.forward);
+      } else if (key == "origin") {
+        is_good = field(line, face.origin);
+      } else if (key == "low") {
+        is_good = field(line, face.low);
+      } else if (key == "high") {
+        is_good = field(line, face.high);
+      } else {
+        return want("surface, unit, up, forward, origin, low or high");
+      }
+      if (!is_good) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  bool face_part(Line& line) {
+    FacePart& part = draft_.face_parts.emplace_back();
+    if (!enumerator(line, part.kind)) {
+      return false;
+    }
+    while (!line.at_end()) {
+      const std::string_view key = line.bare();
+      if (key == "name") {
+        if (!name(line, part.name)) {
+          return false;
+        }
+      } else if (key == "vertices") {
+        if (!index(line, part.first) || !index(line, part.last)) {
+          return false;
+        }
+      } else {
+        return want("name or vertices");
+      }
+    }
+    return true;
   }
 
   bool track(Line& line) {
@@ -560,8 +622,22 @@ class Reader {
 
   bool landmark(Line& line) {
     Landmark& landmark = draft_.landmarks.emplace_back();
-    return new_name(line, landmark.name, landmarks_, draft_.landmarks.size() - 1) && field(line, landmark.position) &&
-           end(line);
+    if (!new_name(line, landmark.name, landmarks_, draft_.landmarks.size() - 1)) {
+      return false;
+    }
+    Line rest = line;
+    const std::string_view where = rest.bare();
+    if (where == "vertex") {
+      line = rest;
+      return index(line, landmark.vertex) && end(line);
+    }
+    if (where == "on") {
+      line = rest;
+      if (!name(line, landmark.surface)) {
+        return false;
+      }
+    }
+    return field(line, landmark.position) && end(line);
   }
 
   bool input(Line& line) {

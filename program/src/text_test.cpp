@@ -216,6 +216,11 @@ TEST(text, of_every_record_shows_every_table_enumerator_and_shape) {
   visit_sections(program, [](SectionKind, std::string_view name, const auto& table) {
     EXPECT_FALSE(table.empty()) << "tests/golden/program_text/every_record.txt has no " << name;
   });
+  Seen<FacePartKind> parts;
+  for (const FacePart& part : program.face_parts) {
+    parts.add(part.kind);
+  }
+  parts.expect_all();
   Seen<MergeOperator> operators;
   for (const Track& track : program.tracks) {
     operators.add(track.merge);

@@ -212,6 +212,22 @@ class Writer {
       add("face ");
       word(face.name);
       field("surface", face.surface);
+      if (face.unit != 1.0F) add(" unit {}", face.unit);
+      if (face.up != Axis::y) add(" up {}", enum_name(face.up));
+      if (face.forward != Axis::z) add(" forward {}", enum_name(face.forward));
+      field("origin", face.origin);
+      field("low", face.low);
+      field("high", face.high);
+      add("\n");
+    }
+    if (!program_.face_parts.empty()) {
+      begin_section();
+      add("face_parts\n");
+    }
+    for (const FacePart& part : program_.face_parts) {
+      add("  {}", enum_name(part.kind));
+      field("name", part.name);
+      if (part.first != 0 || part.last != kNone) add(" vertices {} {}", part.first, part.last);
       add("\n");
     }
     if (!program_.landmarks.empty()) {
@@ -221,6 +237,11 @@ class Writer {
     for (const Landmark& landmark : program_.landmarks) {
       add("  ");
       word(landmark.name);
+      if (landmark.vertex != kNone) {
+        add(" vertex {}\n", landmark.vertex);
+        continue;
+      }
+      field("on", landmark.surface);
       add(" {} {} {}\n", landmark.position[0], landmark.position[1], landmark.position[2]);
     }
     for (const Muscle& muscle : program_.muscles) {

@@ -19,13 +19,13 @@ namespace {
 // Room that points and vertices keep to the teeth.
 constexpr double kPointRoom = 0.0006;   // [m]
 constexpr double kVertexRoom = 0.0001;  // [m]
-// Edges of teeth count as rounded by this radius, so that a lip slides over them.
-constexpr double kToothRounding = 0.0006;  // [m]
 // How far from the arch, and above or below its gums, skin at rest may be and still touch it.
 constexpr double kArchReach = 0.025;  // [m]
 constexpr double kGumReach = 0.012;   // [m]
 // Skin nearer to the eyeball than this is held out of it.
 constexpr double kLidReach = 0.012;  // [m]
+// What rests in the teeth by more than this is left out of them no further.
+constexpr double kDeepest = -0.02;  // [m]
 // Between lid and eyeball.
 constexpr double kTearFilm = 0.00003;  // [m]
 constexpr int kTriangleSamples = 5;
@@ -182,12 +182,12 @@ glm::dvec3 TeethWall::push(glm::dvec3 p, double room) const {
   if (depth <= 0.0) return glm::dvec3(0.0);
   const glm::dvec3 outwards(p.x / distance, 0.0, z / distance);
   const glm::dvec3 off(0.0, upper ? -1.0 : 1.0, 0.0);
-  if (depth < kToothRounding || height < kToothRounding) {
-    const double a = std::max(kToothRounding - depth, 0.0);
-    const double b = std::max(kToothRounding - height, 0.0);
+  if (depth < rounding || height < rounding) {
+    const double a = std::max(rounding - depth, 0.0);
+    const double b = std::max(rounding - height, 0.0);
     const double length = std::sqrt(a * a + b * b);
-    if (length >= kToothRounding || length == 0.0) return glm::dvec3(0.0);
-    return (kToothRounding - length) / length * (a * outwards + b * off);
+    if (length >= rounding || length == 0.0) return glm::dvec3(0.0);
+    return (rounding - length) / length * (a * outwards + b * off);
   }
   return depth < height ? depth * outwards : height * off;
 }
@@ -205,14 +205,15 @@ void RigParts::make_contacts() {
     places[v] = p;
   }
   rig.walls = {make_teeth_wall(face, Frame::head), make_teeth_wall(face, Frame::jaw)};
+  for (TeethWall& wall : rig.walls) wall.rounding *= rig.scale;
   const auto near_teeth = [&](const glm::dvec3& p) {
     for (const TeethWall& wall : rig.walls) {
       if (!wall.exists) continue;
       const double z = p.z - wall.back_z;
-      if (z <= 0.0 || p.y < wall.bottom_y - kGumReach ||
-          p.y > wall.bottom_y + wall.row_height * TeethWall::kRows + kGumReach)
+      if (z <= 0.0 || p.y < wall.bottom_y - kGumReach * rig.scale ||
+          p.y > wall.bottom_y + wall.row_height * TeethWall::kRows + kGumReach * rig.scale)
         continue;
-      const double reach = wall.largest + kArchReach;
+      const double reach = wall.largest + kArchReach * rig.scale;
       if (p.x * p.x + z * z < reach * reach) return true;
     }
     return false;
@@ -226,7 +227,7 @@ void RigParts::make_contacts() {
       return true;
     };
     if (clear(usual)) return usual;
-    double low = -0.02;
+    double low = kDeepest * rig.scale;
     for (int i = 0; i < 30; ++i) {
       const double middle = 0.5 * (low + usual);
       (clear(middle) ? low : usual) = middle;
@@ -235,7 +236,7 @@ void RigParts::make_contacts() {
   };
   for (std::uint32_t i = 0; i < face.skin.points.size(); ++i) {
     const glm::dvec3 p = face.skin.points[i];
-    if (near_teeth(p)) rig.mouth_points.push_back({i, room_at(p, kPointRoom)});
+    if (near_teeth(p)) rig.mouth_points.push_back({i, room_at(p, kPointRoom * rig.scale)});
   }
   const auto share = [&](const char* region, std::uint32_t v) {
     const auto found = face.regions.find(region);
@@ -245,12 +246,13 @@ void RigParts::make_contacts() {
     return sum;
   };
   for (std::uint32_t v = 0; v < t.rows; ++v) {
-    if (near_teeth(places[v])) rig.mouth_vertices.push_back({v, room_at(places[v], kVertexRoom)});
+    if (near_teeth(places[v])) rig.mouth_vertices.push_back({v, room_at(places[v], kVertexRoom * rig.scale)});
     if (share("lip_upper", v) >= kLipShare) rig.lip_vertices.push_back({v, true, 0.0});
     if (share("lip_lower", v) >= kLipShare) rig.lip_vertices.push_back({v, false, 0.0});
   }
   // What is past the line between the lips at rest may stay as far past it.
   LipLine line;
+  line.width *= rig.scale;
   std::vector<glm::vec3> single(places.size());
   for (std::size_t v = 0; v < places.size(); ++v) single[v] = glm::vec3(places[v]);
   find_lip_line(rig.lip_vertices, single, line);
@@ -278,9 +280,9 @@ void RigParts::make_eyeballs(std::span<const glm::dvec3> places) {
     for (std::uint32_t v = 0; v < places.size(); ++v) {
       const glm::dvec3 from = places[v] - eye.centre;
       const double distance = std::sqrt(dot(from, from));
-      if (from.z <= 0.0 || distance > eye.radius + kLidReach) continue;
+      if (from.z <= 0.0 || distance > eye.radius + kLidReach * rig.scale) continue;
       // What rests inside (it should not) may stay.
-      eye.vertices.push_back({v, std::min(eye.radius + kTearFilm, distance)});
+      eye.vertices.push_back({v, std::min(eye.radius + kTearFilm * rig.scale, distance)});
     }
   }
 }
@@ -293,7 +295,7 @@ void find_lip_line(std::span<const RigTables::LipVertex> lips, std::span<const g
   for (const RigTables::LipVertex& v : lips) {
     const glm::vec3& p = positions[v.vertex];
     // Columns mirror: those of the left are counted from the middle, and a point of the middle stands in both.
-    const int step = static_cast<int>(std::abs(static_cast<double>(p.x)) / LipLine::kWidth);
+    const int step = static_cast<int>(std::abs(static_cast<double>(p.x)) / line.width);
     if (step >= LipLine::kSide) continue;
     const double y = static_cast<double>(p.y);
     const auto offer = [&](int c) {
@@ -327,7 +329,7 @@ void find_lip_line(std::span<const RigTables::LipVertex> lips, std::span<const g
 }
 
 double LipLine::height_at(double x) const {
-  const double column = std::clamp(x / kWidth + kSide - 0.5, 0.0, 2.0 * kSide - 1.0);
+  const double column = std::clamp(x / width + kSide - 0.5, 0.0, 2.0 * kSide - 1.0);
   const int c = std::min(static_cast<int>(column), 2 * kSide - 2);
   const double a = middle[static_cast<std::size_t>(c)];
   return a + (column - c) * (middle[static_cast<std::size_t>(c + 1)] - a);

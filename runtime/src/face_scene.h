@@ -10,6 +10,7 @@
 #include <tl/expected.hpp>
 
 #include <nms/program/failure.h>
+#include <nms/runtime/face_form.h>
 #include <nms/runtime/face_x3d.h>
 
 namespace nms::runtime {
@@ -27,9 +28,17 @@ struct FaceScene {
   std::vector<SurfaceUse> uses;
 };
 
+/// How the same nodes are written: X3D's XML, or the braces of VRML97 and of X3D's Classic VRML encoding.
+enum class NurbsText { xml, vrml };
+
 /// X3D text to a scene. Failures: those of read_face_x3d() that speak of the text.
 tl::expected<FaceScene, program::Failure> read_scene_x3d(std::string_view text, std::string_view name,
-                                                         const FaceLimits& limits);
+                                                         NurbsText encoding, const FaceLimits& limits);
+
+/// A face of NURBS surfaces whose declaration says how the file counts, which surfaces are which part, and where places
+/// on surfaces are. Failures: those of read_face_x3d(), face_no_part, face_bad_landmark.
+tl::expected<Face, program::Failure> read_nurbs_face(std::string_view text, std::string_view name, NurbsText encoding,
+                                                     const FaceForm& form);
 
 /// A scene to a face: net, tessellation, shells, rigid parts, regions. Failures: those of read_face_x3d() that speak of
 /// seams and sizes.

@@ -22,6 +22,7 @@
 
 #include "face_scene.h"
 #include "face_x3d_color.h"
+#include "vrml_read.h"
 
 namespace nms::runtime {
 
@@ -38,11 +39,15 @@ class SceneReader {
  public:
   SceneReader(std::string_view name, const FaceLimits& limits) : name_(name), limits_(limits) {}
 
-  tl::expected<FaceScene, Failure> run(std::string_view text) {
+  tl::expected<FaceScene, Failure> run(std::string_view text, NurbsText encoding) {
     if (text.size() > limits_.bytes) {
       return tl::unexpected(too_large(fmt::format("it has {} bytes", text.size())));
     }
     pugi::xml_document document;
+    if (encoding == NurbsText::vrml) {
+      if (auto failure = read_vrml(text, name_, document)) return tl::unexpected(std::move(*failure));
+      return read_document(document);
+    }
     const pugi::xml_parse_result parsed =
         document.load_buffer(text.data(), text.size(), pugi::parse_default, pugi::encoding_utf8);
     if (!parsed) {
@@ -50,6 +55,11 @@ class SceneReader {
                                     fmt::format("this is not XML: {}", parsed.description()),
                                     "save the face as X3D in its XML form (.x3d)"});
     }
+    return read_document(document);
+  }
+
+ private:
+  tl::expected<FaceScene, Failure> read_document(const pugi::xml_document& document) {
     const pugi::xml_node root = document.child("X3D");
     const pugi::xml_node scene = root.child("Scene");
     if (!scene) {
@@ -80,7 +90,6 @@ class SceneReader {
     return std::move(out_);
   }
 
- private:
   Failure too_large(const std::string& cause) const {
     return {"face_too_large", std::string(name_), cause, "a face of a megabyte is plenty: simplify it"};
   }
@@ -88,6 +97,8 @@ class SceneReader {
   std::string place(const pugi::xml_node& node) const {
     const char* def = node.attribute("DEF").value();
     if (*def != '\0') return fmt::format("{}: {} '{}'", name_, node.name(), def);
+    if (const pugi::xml_attribute line = node.attribute(kVrmlLine))
+      return fmt::format("{}:{}: {}", name_, line.value(), node.name());
     return fmt::format("{}: {} at byte {}", name_, node.name(), node.offset_debug());
   }
 
@@ -541,9 +552,9 @@ class SceneReader {
 
 }  // namespace
 
-tl::expected<FaceScene, Failure> read_scene_x3d(std::string_view text, std::string_view name,
+tl::expected<FaceScene, Failure> read_scene_x3d(std::string_view text, std::string_view name, NurbsText encoding,
                                                 const FaceLimits& limits) {
-  return SceneReader(name, limits).run(text);
+  return SceneReader(name, limits).run(text, encoding);
 }
 
 tl::expected<Face, program::Failure> read_face_x3d(std::string_view text, std::string_view name,
@@ -551,7 +562,7 @@ tl::expected<Face, program::Failure> read_face_x3d(std::string_view text, std::s
   if (!(settings.density > 0.0 && settings.density <= 16.0)) {
     return tl::unexpected(Failure{"face_bad_number", std::string(name), "the density lies outside 0 to 16", "take 1"});
   }
-  const auto scene = read_scene_x3d(text, name, limits);
+  const auto scene = read_scene_x3d(text, name, NurbsText::xml, limits);
   if (!scene) return tl::unexpected(scene.error());
   return build_face(*scene, name, settings);
 }

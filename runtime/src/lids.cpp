@@ -40,7 +40,7 @@ constexpr double kCornerReach = 0.0003;  // [m]
 }  // namespace
 
 std::optional<Failure> RigParts::read_eyelid(std::uint32_t index, const glm::dvec3& centre, const glm::dvec3& margin) {
-  const Muscle& muscle = program.muscles[index];
+  const Muscle& muscle = muscles[index];
   if (muscle.region == program::StringId{}) {
     return Failure{"missing_region", name_of(muscle), "an eyelid muscle has no region",
                    "say which lid it turns: `region lid_upper` or `region lid_lower`"};
@@ -61,57 +61,67 @@ std::optional<Failure> RigParts::read_eyelid(std::uint32_t index, const glm::dve
   return std::nullopt;
 }
 
-std::optional<Failure> RigParts::make_lids() {
+std::optional<Failure> RigParts::make_eye_lids(std::size_t index) {
   const std::vector<glm::dvec3>& points = face.skin.points;
+  const double reach = kCornerReach * rig.scale;
+  const double corner = kCornerDistance * rig.scale;
+  RigTables::Eye& eye = rig.eyes[index];
+  const char* suffix = index == 0 ? "_left" : "_right";
+  const auto upper_region = face.regions.find(std::string("lid_upper") + suffix);
+  const auto lower_region = face.regions.find(std::string("lid_lower") + suffix);
+  if (upper_region == face.regions.end() || lower_region == face.regions.end()) {
+    return Failure{"missing_region", "eyelids", fmt::format("the face lacks lid_upper{0} or lid_lower{0}", suffix),
+                   "both lids are needed, to know where one meets the other"};
+  }
+  const std::vector<float>& upper = upper_region->second;
+  const std::vector<float>& lower = lower_region->second;
+  // The edges are those of the surface: control points stand off it where it bends.
+  const auto edge = [&](const std::vector<float>& region) {
+    std::vector<glm::dvec3> chosen;
+    for (std::uint32_t row = 0; row < face.skin.surface.rows; ++row) {
+      float share = 0.0F;
+      glm::dvec3 position(0.0);
+      for (std::uint32_t k = face.skin.surface.row_begin[row]; k < face.skin.surface.row_begin[row + 1]; ++k) {
+        const std::uint32_t point = face.skin.surface.column[k];
+        share += face.skin.surface.value[k] * region[point];
+        position += static_cast<double>(face.skin.surface.value[k]) * points[point];
+      }
+      if (share >= kMarginShare) chosen.push_back(position);
+    }
+    return chosen;
+  };
+  const LidMargin upper_edge(LidMargin::Lid::upper, edge(upper), eye.centre);
+  const LidMargin lower_edge(LidMargin::Lid::lower, edge(lower), eye.centre);
+  eye.closing_angle = closing_angle(upper_edge, lower_edge, margin_x[index]);
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    if (upper[i] <= 0.0F && lower[i] <= 0.0F) continue;
+    // A spline lags behind its control points where they turn less and less, towards the corners of the eye.
+    const double x = points[i].x;
+    const double angle =
+        std::max({closing_angle(upper_edge, lower_edge, x - reach), closing_angle(upper_edge, lower_edge, x),
+                  closing_angle(upper_edge, lower_edge, x + reach)});
+    // No slope at the lid's outer border, or the skin that is held creases against the skin that is pulled.
+    const double hold = 1.0 - smooth_fall(static_cast<double>(std::max(upper[i], lower[i])));
+    const double share = static_cast<double>(std::max(upper[i], lower[i]));
+    const double outwards = std::abs(x) - std::abs(eye.centre.x);
+    const double drawn = share * (1.0 - (1.0 - kInnerCornerFollows) * smooth_fall((outwards + corner) / (2 * corner)));
+    eye.points.push_back(
+        {i, angle * static_cast<double>(upper[i]), -angle * static_cast<double>(lower[i]), hold, drawn});
+  }
+  return std::nullopt;
+}
+
+std::optional<Failure> RigParts::make_lids() {
   for (std::size_t index = 0; index < kEyeCount; ++index) {
     if (!has_eye[index]) continue;
-    RigTables::Eye& eye = rig.eyes[index];
-    const char* suffix = index == 0 ? "_left" : "_right";
-    const auto upper_region = face.regions.find(std::string("lid_upper") + suffix);
-    const auto lower_region = face.regions.find(std::string("lid_lower") + suffix);
-    if (upper_region == face.regions.end() || lower_region == face.regions.end()) {
-      return Failure{"missing_region", "eyelids", fmt::format("the face lacks lid_upper{0} or lid_lower{0}", suffix),
-                     "both lids are needed, to know where one meets the other"};
-    }
-    const std::vector<float>& upper = upper_region->second;
-    const std::vector<float>& lower = lower_region->second;
-    // The edges are those of the surface: control points stand off it where it bends.
-    const auto edge = [&](const std::vector<float>& region) {
-      std::vector<glm::dvec3> chosen;
-      for (std::uint32_t row = 0; row < face.skin.surface.rows; ++row) {
-        float share = 0.0F;
-        glm::dvec3 position(0.0);
-        for (std::uint32_t k = face.skin.surface.row_begin[row]; k < face.skin.surface.row_begin[row + 1]; ++k) {
-          const std::uint32_t point = face.skin.surface.column[k];
-          share += face.skin.surface.value[k] * region[point];
-          position += static_cast<double>(face.skin.surface.value[k]) * points[point];
-        }
-        if (share >= kMarginShare) chosen.push_back(position);
-      }
-      return chosen;
-    };
-    const LidMargin upper_edge(LidMargin::Lid::upper, edge(upper), eye.centre);
-    const LidMargin lower_edge(LidMargin::Lid::lower, edge(lower), eye.centre);
-    eye.closing_angle = closing_angle(upper_edge, lower_edge, margin_x[index]);
-    for (std::uint32_t i = 0; i < points.size(); ++i) {
-      if (upper[i] <= 0.0F && lower[i] <= 0.0F) continue;
-      // A spline lags behind its control points where they turn less and less, towards the corners of the eye.
-      const double x = points[i].x;
-      const double angle =
-          std::max({closing_angle(upper_edge, lower_edge, x - kCornerReach), closing_angle(upper_edge, lower_edge, x),
-                    closing_angle(upper_edge, lower_edge, x + kCornerReach)});
-      // No slope at the lid's outer border, or the skin that is held creases against the skin that is pulled.
-      const double hold = 1.0 - smooth_fall(static_cast<double>(std::max(upper[i], lower[i])));
-      const double share = static_cast<double>(std::max(upper[i], lower[i]));
-      const double outwards = std::abs(x) - std::abs(eye.centre.x);
-      const double drawn = share * (1.0 - (1.0 - kInnerCornerFollows) *
-                                              smooth_fall((outwards + kCornerDistance) / (2 * kCornerDistance)));
-      eye.points.push_back(
-          {i, angle * static_cast<double>(upper[i]), -angle * static_cast<double>(lower[i]), hold, drawn});
-    }
+    auto failure = make_eye_lids(index);
+    if (!failure) continue;
+    for (const auto& [muscle, eye] : eyelids)
+      if (eye == index && !may_lack(*failure, {muscle, program::kNone, true, index == 0 ? "lids_L" : "lids_R"}))
+        return failure;
   }
   for (const auto& [index, eye] : eyelids) {
-    const Muscle& muscle = program.muscles[index];
+    const Muscle& muscle = muscles[index];
     const bool is_upper = !lower_lid(muscle);
     const double shut = rig.eyes[eye].closing_angle;
     double fraction = static_cast<double>(muscle.closes);

@@ -54,7 +54,7 @@ void RigParts::make_lips() {
     if (lowest[c] == kNoPoint || highest[c] == kNoPoint) continue;
     const glm::dvec3 u = points[lowest[c]];
     const glm::dvec3 l = points[highest[c]];
-    rig.lip_columns.push_back({0.5 * (u.x + l.x), lowest[c], highest[c], std::min(u.y - l.y, kLipGap)});
+    rig.lip_columns.push_back({0.5 * (u.x + l.x), lowest[c], highest[c], std::min(u.y - l.y, kLipGap * rig.scale)});
   }
   if (rig.lip_columns.size() < 2) {
     rig.lip_columns.clear();
@@ -73,7 +73,7 @@ void RigParts::make_lips() {
     const double ya = points[is_upper ? a.upper : a.lower].y;
     const double yb = points[is_upper ? b.upper : b.lower].y;
     const double deep = std::abs(points[i].y - (ya + along * (yb - ya)));
-    const double share = weight * smooth_fall(deep / kLipDepth);
+    const double share = weight * smooth_fall(deep / (kLipDepth * rig.scale));
     if (share > 0.0) rig.lip_points.push_back({i, c, along, is_upper ? share : -share});
   }
 }
@@ -86,7 +86,7 @@ void part_lips(const Rig& rig, Pose& pose) {
     const glm::dvec3 u = pose.points[column.upper];
     const glm::dvec3 l = pose.points[column.lower];
     const double overlap = column.gap - (u.y - l.y);
-    pose.lip_overlaps[c] = overlap > 0.0 ? overlap * smooth_fall(std::abs(u.z - l.z) / kLipTouch) : 0.0;
+    pose.lip_overlaps[c] = overlap > 0.0 ? overlap * smooth_fall(std::abs(u.z - l.z) / (kLipTouch * t.scale)) : 0.0;
     // Rounding is no overlap: rest must stay rest.
     if (pose.lip_overlaps[c] < 1e-9) pose.lip_overlaps[c] = 0.0;
     touch = touch || pose.lip_overlaps[c] > 0.0;

@@ -85,27 +85,73 @@ std::optional<Failure> RigParts::check_face() const {
   return std::nullopt;
 }
 
-void RigParts::read_landmarks() {
-  for (const program::Landmark& mark : program.landmarks) {
-    landmarks[program.string(mark.name)] = {mark.position[0], mark.position[1], mark.position[2]};
+// The runtime's tables hold what lies about the midline: x = 0, and heights of less than a metre.
+std::optional<Failure> RigParts::check_place() const {
+  constexpr double kFurthest = 0.6;  // [m], times the face's scale
+  const auto left = landmarks.find("eye_centre_L");
+  const auto right = landmarks.find("eye_centre_R");
+  if (left == landmarks.end() || right == landmarks.end()) return std::nullopt;
+  const glm::dvec3 middle = 0.5 * (left->second + right->second);
+  const double off = 0.2 * std::abs(left->second.x - right->second.x);
+  if (std::abs(middle.x) <= off && std::abs(middle.y) <= kFurthest * scale.length &&
+      std::abs(middle.z) <= kFurthest * scale.length && left->second.x > right->second.x)
+    return std::nullopt;
+  if (left->second.x <= right->second.x) {
+    return Failure{"bad_face", "face", "its left eye is not to the left of its right one, which is +x",
+                   "the left is the subject's own; see that `up` and `forward` fit the file"};
+  }
+  return Failure{"bad_face", "face",
+                 fmt::format("the middle between its eyes is at ({:.0f}mm, {:.0f}mm, {:.0f}mm)", middle.x * 1e3,
+                             middle.y * 1e3, middle.z * 1e3),
+                 "move the file's head to its origin, midline at x = 0: `origin (0mm, 1650mm, 20mm)`"};
+}
+
+void RigParts::scale_muscles() {
+  rig.scale = scale.length;
+  muscles.assign(program.muscles.begin(), program.muscles.end());
+  const bool same = scale.length == 1.0 && scale.axes == glm::dvec3(1.0);
+  if (same) return;
+  const auto by_axes = [&](float(&v)[3]) {
+    for (int k = 0; k < 3; ++k) v[k] = static_cast<float>(static_cast<double>(v[k]) * scale.axes[k]);
+  };
+  const auto by_length = [&](float& v) { v = static_cast<float>(static_cast<double>(v) * scale.length); };
+  for (Muscle& m : muscles) {
+    by_axes(m.attachment_offset);
+    by_axes(m.insertion_offset);
+    by_axes(m.slide);
+    for (float* v : {&m.insertion_radius, &m.dissipation_radius, &m.perpendicular_radius, &m.major_radius,
+                     &m.minor_radius, &m.amount})
+      by_length(*v);
   }
 }
 
-tl::expected<glm::dvec3, Failure> RigParts::landmark(const Muscle& muscle, program::StringId id) const {
+bool RigParts::may_lack(const Failure& failure, RigGap gap) {
+  if (gaps == nullptr || (failure.kind != "missing_landmark" && failure.kind != "missing_region")) return false;
+  gap.is_region = failure.kind == "missing_region";
+  if (std::none_of(gaps->begin(), gaps->end(), [&](const RigGap& g) {
+        return g.muscle == gap.muscle && g.channel == gap.channel && g.name == gap.name;
+      }))
+    gaps->push_back(std::move(gap));
+  return true;
+}
+
+tl::expected<glm::dvec3, Failure> RigParts::landmark(const Muscle& muscle, program::StringId id) {
   const std::string name(program.string(id));
   for (const std::string& candidate : {name + landmark_suffix(muscle.side), name, name + "_L"}) {
     // A muscle of no side may name a sided place (the corner of the mouth): it means its distance from the middle.
     if (const auto it = landmarks.find(candidate); it != landmarks.end()) return it->second;
   }
+  missing = name + landmark_suffix(muscle.side);
   return tl::unexpected(Failure{"missing_landmark", name_of(muscle), fmt::format("the face has no landmark '{}'", name),
                                 fmt::format("add `landmark {}` to the face, or place the muscle elsewhere", name)});
 }
 
-tl::expected<const std::vector<float>*, Failure> RigParts::region(const Muscle& muscle, program::StringId id) const {
+tl::expected<const std::vector<float>*, Failure> RigParts::region(const Muscle& muscle, program::StringId id) {
   const std::string name(program.string(id));
   for (const std::string& candidate : {name + region_suffix(muscle.side), name}) {
     if (const auto it = face.regions.find(candidate); it != face.regions.end()) return &it->second;
   }
+  missing = name + region_suffix(muscle.side);
   std::string known;
   for (const auto& [other, values] : face.regions) known += (known.empty() ? "" : ", ") + other;
   return tl::unexpected(Failure{"missing_region", name_of(muscle), fmt::format("the face has no region '{}'", name),
@@ -113,7 +159,7 @@ tl::expected<const std::vector<float>*, Failure> RigParts::region(const Muscle& 
 }
 
 // The region's weight times what the exception leaves; empty where the muscle has neither.
-tl::expected<std::vector<float>, Failure> RigParts::weights(const Muscle& muscle) const {
+tl::expected<std::vector<float>, Failure> RigParts::weights(const Muscle& muscle) {
   std::vector<float> result;
   if (muscle.region != program::StringId{}) {
     const auto found = region(muscle, muscle.region);
@@ -154,44 +200,49 @@ std::vector<glm::dvec3> RigParts::point_normals() const {
 std::optional<Failure> RigParts::read_muscles() {
   const std::vector<glm::dvec3> normals = point_normals();
   rig.pull_begin.push_back(0);
-  for (std::uint32_t index = 0; index < program.muscles.size(); ++index) {
-    const Muscle& muscle = program.muscles[index];
-    MusclePlaces places;
-    const auto attachment = landmark(muscle, muscle.attachment);
-    if (!attachment) return attachment.error();
-    places.attachment = *attachment + sided(muscle.attachment_offset, muscle.side);
-    places.insertion = places.attachment;
-    if (muscle.insertion != program::StringId{}) {
-      const auto insertion = landmark(muscle, muscle.insertion);
-      if (!insertion) return insertion.error();
-      places.insertion = *insertion + sided(muscle.insertion_offset, muscle.side);
-    }
-    switch (muscle.kind) {
-      case MuscleKind::eyelid:
-        if (auto failure = read_eyelid(index, places.attachment, places.insertion)) return failure;
-        break;
-      case MuscleKind::hinge:
-        if (auto failure = read_hinge(index, places.attachment)) return failure;
-        break;
-      case MuscleKind::linear:
-      case MuscleKind::sheet:
-      case MuscleKind::sphincter:
-      case MuscleKind::bulge:
-      case MuscleKind::roll: {
-        const auto share = weights(muscle);
-        if (!share) return share.error();
-        const std::vector<Pull> set = activation_set(muscle, places, face.skin.points, normals, *share);
-        rig.pulls.insert(rig.pulls.end(), set.begin(), set.end());
-        break;
-      }
+  for (std::uint32_t index = 0; index < muscles.size(); ++index) {
+    if (auto failure = read_muscle(index, normals)) {
+      if (!may_lack(*failure, {index, program::kNone, false, missing})) return failure;
     }
     rig.pull_begin.push_back(static_cast<std::uint32_t>(rig.pulls.size()));
   }
   return std::nullopt;
 }
 
+std::optional<Failure> RigParts::read_muscle(std::uint32_t index, std::span<const glm::dvec3> normals) {
+  const Muscle& muscle = muscles[index];
+  MusclePlaces places;
+  const auto attachment = landmark(muscle, muscle.attachment);
+  if (!attachment) return attachment.error();
+  places.attachment = *attachment + sided(muscle.attachment_offset, muscle.side);
+  places.insertion = places.attachment;
+  if (muscle.insertion != program::StringId{}) {
+    const auto insertion = landmark(muscle, muscle.insertion);
+    if (!insertion) return insertion.error();
+    places.insertion = *insertion + sided(muscle.insertion_offset, muscle.side);
+  }
+  switch (muscle.kind) {
+    case MuscleKind::eyelid:
+      return read_eyelid(index, places.attachment, places.insertion);
+    case MuscleKind::hinge:
+      return read_hinge(index, places.attachment);
+    case MuscleKind::linear:
+    case MuscleKind::sheet:
+    case MuscleKind::sphincter:
+    case MuscleKind::bulge:
+    case MuscleKind::roll: {
+      const auto share = weights(muscle);
+      if (!share) return share.error();
+      const std::vector<Pull> set = activation_set(muscle, places, face.skin.points, normals, *share);
+      rig.pulls.insert(rig.pulls.end(), set.begin(), set.end());
+      break;
+    }
+  }
+  return std::nullopt;
+}
+
 std::optional<Failure> RigParts::read_hinge(std::uint32_t index, const glm::dvec3& axis) {
-  const Muscle& muscle = program.muscles[index];
+  const Muscle& muscle = muscles[index];
   const auto frame = moved_frame(muscle.frame);
   if (!frame) {
     return Failure{"missing_frame", name_of(muscle), "a hinge has no frame", "say which it moves: `frame jaw`"};
@@ -266,8 +317,17 @@ std::optional<Failure> RigParts::read_axes() {
         if (!failure) failure = need("eye_centre_R");
         break;
     }
-    if (failure) return failure;
-    rig.axis_drives.push_back({index, channel.motion, channel.frame, static_cast<double>(channel.full_scale)});
+    if (failure) {
+      const char* pivot = *frame == Frame::torso  ? "torso_pivot"
+                          : *frame == Frame::head ? "head_pivot"
+                          : *frame == Frame::jaw  ? "jaw_hinge_L"
+                                                  : "eye_centre_L";
+      if (may_lack(*failure, {program::kNone, index, false, pivot})) continue;
+      return failure;
+    }
+    const int shift = static_cast<int>(channel.motion) - static_cast<int>(Motion::translate_x);
+    const double by = shift >= 0 ? scale.axes[shift] : 1.0;
+    rig.axis_drives.push_back({index, channel.motion, channel.frame, by * static_cast<double>(channel.full_scale)});
   }
   return std::nullopt;
 }
@@ -360,10 +420,11 @@ void RigParts::mark_actuated() {
   }
 }
 
-tl::expected<Rig, Failure> bind(const Face& face, const Program& program) {
-  RigParts parts{face, program, {}, {}, {}, {}, {}};
+tl::expected<Rig, Failure> bind(const Face& face, const Program& program, std::vector<RigGap>* gaps) {
+  RigParts parts(face, program, gaps);
   if (auto failure = parts.check_face()) return tl::unexpected(std::move(*failure));
-  parts.read_landmarks();
+  if (auto failure = parts.check_place()) return tl::unexpected(std::move(*failure));
+  parts.scale_muscles();
   if (auto failure = parts.read_muscles()) return tl::unexpected(std::move(*failure));
   if (auto failure = parts.make_lids()) return tl::unexpected(std::move(*failure));
   parts.make_lips();

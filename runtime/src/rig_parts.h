@@ -19,23 +19,40 @@
 #include <nms/program/failure.h>
 #include <nms/program/program.h>
 #include <nms/runtime/face.h>
+#include <nms/runtime/face_file.h>
+#include <nms/runtime/face_scale.h>
 #include <nms/runtime/rig.h>
 
 namespace nms::runtime {
 
 /// Binding a program's actuation to a face, step by step: fills the rig's tables.
 struct RigParts {
+  RigParts(const Face& of_face, const program::Program& of_program, std::vector<RigGap>* into)
+      : face(of_face),
+        program(of_program),
+        gaps(into),
+        landmarks(landmarks_of(of_face, of_program)),
+        scale(face_scale(landmarks)) {}
+
   const Face& face;
   const program::Program& program;
-  std::map<std::string_view, glm::dvec3, std::less<>> landmarks;
+  std::vector<RigGap>* gaps;
+  Landmarks landmarks;
+  FaceScale scale;
+  std::vector<program::Muscle> muscles;  ///< the program's, their lengths those of this face
   RigTables rig;
 
   std::optional<program::Failure> check_face() const;
-  void read_landmarks();
-  tl::expected<glm::dvec3, program::Failure> landmark(const program::Muscle& muscle, program::StringId name) const;
+  std::optional<program::Failure> check_place() const;
+  void scale_muscles();
+  std::optional<program::Failure> read_muscle(std::uint32_t index, std::span<const glm::dvec3> normals);
+  /// Whether it is a gap that may stand: the caller goes on without the muscle or axis.
+  bool may_lack(const program::Failure& failure, RigGap gap);
+  std::optional<program::Failure> make_eye_lids(std::size_t index);
+  tl::expected<glm::dvec3, program::Failure> landmark(const program::Muscle& muscle, program::StringId name);
   tl::expected<const std::vector<float>*, program::Failure> region(const program::Muscle& muscle,
-                                                                   program::StringId name) const;
-  tl::expected<std::vector<float>, program::Failure> weights(const program::Muscle& muscle) const;
+                                                                   program::StringId name);
+  tl::expected<std::vector<float>, program::Failure> weights(const program::Muscle& muscle);
   std::vector<glm::dvec3> point_normals() const;
   std::optional<program::Failure> read_muscles();
   std::optional<program::Failure> read_eyelid(std::uint32_t index, const glm::dvec3& centre, const glm::dvec3& margin);
@@ -60,6 +77,7 @@ struct RigParts {
   bool lower_lid(const program::Muscle& muscle) const {
     return program.string(muscle.region).find("lower") != std::string_view::npos;
   }
+  std::string missing;  ///< the place or region that was looked for last and is not there
   std::array<bool, kEyeCount> has_eye{};
   std::array<double, kEyeCount> margin_x{};
   std::vector<std::pair<std::uint32_t, std::size_t>> eyelids;  // muscle, eye

@@ -28,6 +28,9 @@ constexpr double kLiftTo = 0.005;  // [m]
 constexpr double kRiseFrom = 0.030;         // [m]
 constexpr double kRiseTo = 0.009;           // [m]
 constexpr double kToothThickness = 0.0085;  // [m]
+constexpr double kBeforeUpper = 0.002;      // in front of it a row still counts [m]
+constexpr double kBeforeLower = 0.004;      // [m]
+constexpr double kBetween = 0.0015;         // how near to its front a place counts as between the teeth [m]
 constexpr double kTongueRoom = 0.0005;      // to teeth and lips [m]
 constexpr double kThinnest = 0.25;          // of its height at rest
 // No place further from the upper teeth's front than this, either way, is between teeth or lips: the jaw may be far
@@ -48,7 +51,7 @@ glm::dvec3 direction(double pitch, double yaw) {
 }  // namespace
 
 void RigParts::bend_part(std::uint32_t index, std::uint32_t mesh) {
-  const Muscle& muscle = program.muscles[index];
+  const Muscle& muscle = muscles[index];
   RigTables::PartDrive drive;
   drive.muscle = index;
   drive.mesh = mesh;
@@ -168,9 +171,11 @@ class Gate {
  public:
   Gate(const Rig& rig, const Pose& pose) : t_(rig.tables()), line_(pose.lip_line), jaw_(jaw_in_head(rig, pose)) {
     exists_ = t_.walls[0].exists && t_.walls[1].exists;
+    scale_ = t_.scale;
   }
 
   [[nodiscard]] bool exists() const { return exists_; }
+  [[nodiscard]] double scale() const { return scale_; }
   [[nodiscard]] glm::dvec3 to_head(glm::dvec3 p) const { return transform(jaw_, p); }
   [[nodiscard]] glm::dvec3 to_jaw(glm::dvec3 p) const { return glm::transpose(jaw_.rotation) * (p - jaw_.translation); }
 
@@ -194,14 +199,16 @@ class Gate {
     Opening open;
     const glm::dvec3 q = to_jaw(p);
     const auto within = [](double x, double from, double to) { return x > from && x < to; };
-    if (within(front, -kToothThickness, 0.002)) open.high = t_.walls[0].edge_at(along(t_.walls[0], p));
-    if (within(front_low, -kToothThickness, 0.004)) {
+    if (within(front, -kToothThickness * scale_, kBeforeUpper * scale_))
+      open.high = t_.walls[0].edge_at(along(t_.walls[0], p));
+    if (within(front_low, -kToothThickness * scale_, kBeforeLower * scale_)) {
       open.low = to_head({q.x, t_.walls[1].edge_at(along(t_.walls[1], q)), q.z}).y;
     }
-    const double column = std::clamp(p.x / LipLine::kWidth + LipLine::kSide, 0.0, 2.0 * LipLine::kSide - 1.0);
+    const double column = std::clamp(p.x / line_.width + LipLine::kSide, 0.0, 2.0 * LipLine::kSide - 1.0);
     const auto c = static_cast<std::size_t>(column);
-    if (within(front, 0.0, kLipThickness) && line_.low[c] < 1.0) open.high = std::min(open.high, line_.low[c]);
-    if (within(front_low, 0.0, kLipThickness) && line_.high[c] > -1.0) open.low = std::max(open.low, line_.high[c]);
+    if (within(front, 0.0, kLipThickness * scale_) && line_.low[c] < 1.0) open.high = std::min(open.high, line_.low[c]);
+    if (within(front_low, 0.0, kLipThickness * scale_) && line_.high[c] > -1.0)
+      open.low = std::max(open.low, line_.high[c]);
     return open;
   }
 
@@ -215,34 +222,36 @@ class Gate {
   const LipLine& line_;
   Placement jaw_;
   bool exists_ = false;
+  double scale_ = 1.0;
 };
 
 // Leads the spine through the opening between teeth and lips, flattened to fit.
 void lead_through(const RigTables::Spine& spine, const Gate& gate, double out, SpinePlaces& places) {
+  const double scale = gate.scale();
   for (int i = 0; i <= kSpineSteps; ++i) {
     SpinePlace& place = places[static_cast<std::size_t>(i)];
     const glm::dvec3 at = gate.to_head(place.at);
     const double front = gate.in_front(at);
-    const double share = out * rise(-kRiseFrom, -kRiseTo, front);
+    const double share = out * rise(-kRiseFrom * scale, -kRiseTo * scale, front);
     if (share == 0.0) continue;
     // The narrowest of the way: between the teeth, and where it is now.
-    constexpr double kBetween = 0.0015;
+    const double between = kBetween * scale;
     const double front_low = gate.in_front_of_lower(at);
-    Opening open = gate.at(at, std::clamp(front, -kBetween, kBetween), std::clamp(front_low, -kBetween, kBetween));
+    Opening open = gate.at(at, std::clamp(front, -between, between), std::clamp(front_low, -between, between));
     const Opening here = gate.at(at, front, front_low);
     open.low = std::max(open.low, here.low);
     open.high = std::min(open.high, here.high);
-    const double room = 0.5 * (open.high - open.low) - kTongueRoom;
+    const double room = 0.5 * (open.high - open.low) - kTongueRoom * scale;
     const double half = spine.half[static_cast<std::size_t>(i)];
     const double thin = half > 0.0 ? std::clamp(room / half, kThinnest, 1.0) : 1.0;
     const double taken = half * thin;
     const double middle = 0.5 * (open.low + open.high);
-    const double lowest = open.low + kTongueRoom + taken;
-    const double highest = open.high - kTongueRoom - taken;
+    const double lowest = open.low + kTongueRoom * scale + taken;
+    const double highest = open.high - kTongueRoom * scale - taken;
     // It lies on the lower teeth and lip.
     const double y = lowest < highest ? lowest : middle;
     place.at = gate.to_jaw({at.x, at.y + share * (y - at.y), at.z});
-    const double beyond = rise(0.6 * kLipThickness, kLipThickness + kSwell, front);
+    const double beyond = rise(0.6 * kLipThickness * scale, (kLipThickness + kSwell) * scale, front);
     place.flat = 1.0 + share * (1.0 - beyond) * (thin - 1.0);
   }
 }
@@ -294,7 +303,7 @@ void bend_parts(const Face& face, const Rig& rig, Pose& pose) {
       continue;
     }
     const Gate gate(rig, pose);
-    const double out = gate.exists() ? rise(0.0, kLiftTo, *forward) : 0.0;
+    const double out = gate.exists() ? rise(0.0, kLiftTo * t.scale, *forward) : 0.0;
     if (out > 0.0) lead_through(spine, gate, out, places);
     CrossSection section;
     for (std::size_t v = 0; v < positions.size(); ++v) {
@@ -306,10 +315,10 @@ void bend_parts(const Face& face, const Rig& rig, Pose& pose) {
       if (out > 0.0) {
         glm::dvec3 in_head = gate.to_head(q);
         const double front = gate.in_front(in_head);
-        if (front > -kPassage && front < kPassage) {
+        if (front > -kPassage * t.scale && front < kPassage * t.scale) {
           const Opening open = gate.at(in_head);
-          const double low = open.low + 0.5 * kTongueRoom;
-          const double high = open.high - 0.5 * kTongueRoom;
+          const double low = open.low + 0.5 * kTongueRoom * t.scale;
+          const double high = open.high - 0.5 * kTongueRoom * t.scale;
           const double y = low < high ? std::clamp(in_head.y, low, high) : 0.5 * (low + high);
           in_head.y += out * (y - in_head.y);
           q = gate.to_jaw(in_head);

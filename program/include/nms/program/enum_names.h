@@ -59,6 +59,16 @@ template <>
 struct EnumNames<Falloff> {
   static constexpr std::array<std::string_view, 2> kNames{"smooth", "thesis"};
 };
+template <>
+struct EnumNames<Axis> {
+  static constexpr std::array<std::string_view, 6> kNames{"x", "y", "z", "-x", "-y", "-z"};
+};
+template <>
+struct EnumNames<FacePartKind> {
+  static constexpr std::array<std::string_view, 11> kNames{"skin",       "lashes",      "brows",      "eye_left",
+                                                           "eye_right",  "teeth_upper", "gums_upper", "teeth_lower",
+                                                           "gums_lower", "tongue",      "head"};
+};
 
 /// Whether a value read from a file is an enumerator at all.
 template <typename Enum>

@@ -31,6 +31,7 @@ struct Program {
   std::span<const Actuation> actuations;
   std::span<const Landmark> landmarks;
   std::span<const FaceReference> faces;
+  std::span<const FacePart> face_parts;         ///< of that face, as declared
   std::span<const std::uint32_t> string_begin;  ///< offsets into string_bytes, one more than there are strings
   std::span<const char> string_bytes;           ///< UTF-8
   std::span<const Input> inputs;                ///< all that the compiler read, in its order; or empty: not known
@@ -61,6 +62,7 @@ struct Draft {
   std::vector<Actuation> actuations;
   std::vector<Landmark> landmarks;
   std::vector<FaceReference> faces;
+  std::vector<FacePart> face_parts;
   std::vector<std::string> strings{std::string()};  ///< [0] is the empty string
   std::vector<Input> inputs;
 };

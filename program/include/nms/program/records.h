@@ -210,9 +210,8 @@ struct Muscle {
   StringId except{};      ///< points of this region do not move (1 - weight); 0 = none
   float attachment_offset[3] = {};  ///< [m]
   float insertion_offset[3] = {};   ///< [m]
-  float angle =
-      0.0F;  ///< linear: angle of influence; eyelid: turn at full contraction, + down; hinge: turn, + opens, of a
-             ///< side: about the vertical, + towards that side; roll: turn about +x                       [rad]
+  float angle = 0.0F;  ///< linear: angle of influence; eyelid: turn at full contraction, + down; hinge: turn, + opens,
+                       ///< of a side: about the vertical, + towards that side; roll: turn about +x [rad]
   float insertion_radius = 0.0F;      ///< I; 0 = |m|                                                       [m]
   float dissipation_radius = 0.0F;    ///< D; of a sphincter 0                                              [m]
   float perpendicular_radius = 0.0F;  ///< sheet: D perpendicular; roll: half width that takes all of it    [m]
@@ -231,22 +230,59 @@ struct Actuation {
   float share = 0.0F;  ///< may exceed 1 only where the source says so; negative relaxes
 };
 
-/// A named place on the face, at rest, in the face's coordinates.
+/// A named place on the face, at rest: a position, a vertex of the geometry, or a place on one of its surfaces.
 struct Landmark {
-  StringId name{};         ///< sided ones carry "_L" or "_R"
-  float position[3] = {};  ///< [m]
+  StringId name{};               ///< sided ones carry "_L" or "_R"
+  float position[3] = {};        ///< in the face's coordinates [m]; on a surface: u and v, shares of its domain, and 0
+  std::uint32_t vertex = kNone;  ///< of the file, in its order, from 0; kNone: `position` says where
+  StringId surface{};            ///< name of the surface that `position` counts on; 0: none
 };
+
+/// A direction along an axis of a face's file.
+enum class Axis : std::uint8_t { x, y, z, minus_x, minus_y, minus_z };
 
 /// The face this rig was made for. One at most.
 struct FaceReference {
-  StringId name{};     ///< "ada"
-  StringId surface{};  ///< path of its geometry, relative to the file that declares it
+  StringId name{};         ///< "ada"
+  StringId surface{};      ///< path of its geometry, relative to the file that declares it
+  float unit = 1.0F;       ///< what 1 in the file stands for                                  [m]
+  Axis up = Axis::y;       ///< the file's direction that is up in the face
+  Axis forward = Axis::z;  ///< and forward; not along `up`
+  std::uint8_t zero[2] = {};
+  float origin[3] = {};  ///< what is at the face's origin: taken off, once turned and in metres         [m]
+  float low[3] = {};     ///< the skin is what lies between these, in the face's coordinates; both 0: all of it [m]
+  float high[3] = {};    ///< [m]
+};
+
+/// What a part of a face's geometry is.
+enum class FacePartKind : std::uint8_t {
+  skin,         ///< deforms
+  lashes,       ///< ride on the skin next to them
+  brows,        ///< likewise
+  eye_left,     ///< turns about the centre of the sphere through it
+  eye_right,    ///< likewise
+  teeth_upper,  ///< rigid with the head
+  gums_upper,   ///< likewise
+  teeth_lower,  ///< rigid with the jaw
+  gums_lower,   ///< likewise
+  tongue,       ///< bends, with the jaw
+  head,         ///< anything else that is rigid with the head: hair
+};
+
+/// A part of a face's geometry: all that has this name, or these vertices of it.
+struct FacePart {
+  FacePartKind kind = FacePartKind::skin;
+  std::uint8_t zero[3] = {};
+  StringId name{};          ///< of a group, an object, a mesh, a material or a surface; 0: any. * stands for any text
+  std::uint32_t first = 0;  ///< first vertex, in the file's order, from 0
+  std::uint32_t last = kNone;  ///< last vertex
 };
 
 static_assert(sizeof(Track) == 8 && sizeof(Channel) == 32 && sizeof(Knot) == 12 && sizeof(Handles) == 8);
 static_assert(sizeof(Curve) == 16 && sizeof(Clip) == 48 && sizeof(Marker) == 16 && sizeof(Source) == 16 &&
               sizeof(Input) == 24);
-static_assert(sizeof(Muscle) == 96 && sizeof(Actuation) == 12 && sizeof(Landmark) == 16 && sizeof(FaceReference) == 8);
+static_assert(sizeof(Muscle) == 96 && sizeof(Actuation) == 12 && sizeof(Landmark) == 24 &&
+              sizeof(FaceReference) == 52 && sizeof(FacePart) == 16);
 static_assert(std::is_trivially_copyable_v<Knot> && std::is_trivially_copyable_v<Muscle> &&
               std::is_trivially_copyable_v<Clip>);
 

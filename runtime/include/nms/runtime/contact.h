@@ -24,6 +24,7 @@ struct TeethWall {
   double back_z = 0.0;                  ///< the axis stands at x = 0 and this z      [m]
   double bottom_y = 0.0;                ///< of the first row                         [m]
   double row_height = 0.0;              ///<                                          [m]
+  double rounding = 0.0006;             ///< of the teeth's edges, so that a lip slides over them [m]
   double largest = 0.0;                 ///< of all radii                             [m]
   std::vector<float> radius;            ///< kRows x kColumns              [m]
   std::array<double, kColumns> edge{};  ///< y of the teeth's edge         [m]
@@ -49,9 +50,9 @@ struct TeethWall {
 /// Where the lips stand, column by column along x: the upper one's lowest vertex, the lower one's highest, and the line
 /// between them.
 struct LipLine {
-  static constexpr int kSide = 20;           ///< columns of one side
-  static constexpr double kWidth = 0.00175;  ///< of a column                [m]
+  static constexpr int kSide = 20;  ///< columns of one side
 
+  double width = 0.00175;                  ///< of a column, on the reference face [m]
   std::array<double, 2 * kSide> low{};     ///< y                            [m]
   std::array<double, 2 * kSide> high{};    ///< y                            [m]
   std::array<double, 2 * kSide> middle{};  ///< y, level beyond the corners  [m]

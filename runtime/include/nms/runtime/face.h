@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -52,7 +53,7 @@ struct RigidMesh {
   std::vector<Primitive> primitives;
 };
 
-/// A face without its landmarks and muscles: geometry only, at rest.
+/// A face without its muscles: geometry at rest, and the places on it that its geometry tells.
 ///
 /// Metres, +x the subject's left, +y up, +z forward (glTF 2.0, 3.4). Owns everything; immutable once read.
 struct Face {
@@ -63,6 +64,10 @@ struct Face {
   /// Named weights over the independent points, P each, in [0, 1]: "lip_upper", "lid_lower_left", "lining" ...
   /// A muscle may be held to a region, or kept out of one, where position alone cannot tell (lips touch at rest).
   std::map<std::string, std::vector<float>> regions;
+
+  /// Landmarks by name, where the geometry says where they are: vertices, places on surfaces, centres of eyeballs.
+  /// They go before a program's own positions.  [m]
+  std::map<std::string, glm::dvec3, std::less<>> landmarks;
 };
 
 }  // namespace nms::runtime

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -52,6 +53,14 @@ struct LidState {
   double upper = 0.0;
   double lower = 0.0;
   double sideways = 0.0;  ///< skin drawn along by the eyeball, about the vertical, + to the left  [rad]
+};
+
+/// What a face cannot do, because it lacks a place or a region: one muscle, or one axis.
+struct RigGap {
+  std::uint32_t muscle = program::kNone;   ///< index into the program's muscles, or kNone
+  std::uint32_t channel = program::kNone;  ///< the axis, where it is no muscle
+  bool is_region = false;                  ///< a region is missing, else a landmark
+  std::string name;                        ///< as the muscle says it, "_L" or "_R" added where it has a side
 };
 
 /// What binding computes, as tables: what the functions below run over.
@@ -148,6 +157,7 @@ struct RigTables {
     double room = 0.0;        ///< [m]
   };
 
+  double scale = 1.0;                          ///< of lengths, against the reference face
   std::vector<bool> actuated;                  ///< one for each channel
   std::vector<bool> skin;                      ///< one for each channel
   std::vector<program::Actuation> actuations;  ///< ordered by channel, then muscle
@@ -220,9 +230,13 @@ struct Pose {
 
 /// Looks up landmarks and regions, computes activation sets, margins, pivots.
 ///
-/// Failures: missing_landmark, missing_region (place names the muscle or axis), bad_face (a table of the face has the
-/// wrong length).
-[[nodiscard]] tl::expected<Rig, program::Failure> bind(const Face& face, const program::Program& program);
+/// Muscles' lengths count on a face of the reference's size (face_scale.h), and scale with this one.
+///
+/// @param gaps  not null: what the face cannot do is added there, and the rest is bound
+/// Failures: missing_landmark, missing_region (place names the muscle or axis; not with `gaps`), bad_face (a table of
+/// the face has the wrong length, or the face stands far from its origin).
+[[nodiscard]] tl::expected<Rig, program::Failure> bind(const Face& face, const program::Program& program,
+                                                       std::vector<RigGap>* gaps = nullptr);
 
 [[nodiscard]] Pose make_pose(const Face& face, const Rig& rig);
 
