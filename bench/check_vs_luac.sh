@@ -13,6 +13,7 @@ build=${1:-build/release}
 runs=${2:-21}
 bytes=${3:-10000000}
 luac=$(command -v luac5.4 || command -v luac) || { echo "check_vs_luac: install lua5.4" >&2; exit 1; }
+command -v time > /dev/null || { echo "check_vs_luac: install time" >&2; exit 1; }
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 definitions=$("$build/bench/write_stream" "$work" "$bytes")
@@ -27,10 +28,8 @@ timed() {
   echo $((end - begin))
 }
 median() { sort -n "$1" | awk '{ v[NR] = $1 } END { print v[int((NR + 1) / 2)] }'; }
-# Peak resident set in KiB, of one run.
-peak() { python3 -c 'import resource, subprocess, sys
-subprocess.run(sys.argv[1:], check=True, stdout=subprocess.DEVNULL)
-print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)' "$@"; }
+# Peak resident set in KiB, of one run. Asked of time(1): a child's peak counts what its parent was before it became it.
+peak() { command time --quiet --format %M "$@" 2>&1 > /dev/null; }
 
 check=("$build/cli/nmsc" check "$work/stream.nms")
 other=("$luac" -p "$work/stream.lua")

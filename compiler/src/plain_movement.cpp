@@ -20,28 +20,36 @@ constexpr std::array<ShapeNode, 5> kNamedStep{
 
 constexpr int kNone = -1;
 
-/// The number that one to three digits are, or kNone.
-int short_number(std::string_view text) {
-  const auto digit = [&](std::size_t i) { return static_cast<unsigned>(text[i] - '0'); };
-  const auto number = [](bool digits, unsigned value) { return digits ? static_cast<int>(value) : kNone; };
-  switch (text.size()) {
-    case 1:
-      return number(digit(0) <= 9, digit(0));
-    case 2:
-      return number(digit(0) <= 9 && digit(1) <= 9, digit(0) * 10 + digit(1));
-    case 3:
-      return number(digit(0) <= 9 && digit(1) <= 9 && digit(2) <= 9, digit(0) * 100 + digit(1) * 10 + digit(2));
-    default:
-      return kNone;
+/// The value of a digit; of anything else more than 9.
+unsigned digit(char c) { return static_cast<unsigned char>(c) - unsigned{'0'}; }
+
+/// `60%` as 60, up to 100 %, or kNone.
+int whole_percentage(std::string_view text) {
+  const std::size_t digits = text.size() - 1;
+  if (digits > 3 || text[digits] != '%') return kNone;
+  unsigned percent = 0;
+  for (std::size_t i = 0; i < digits; ++i) {
+    if (digit(text[i]) > 9) return kNone;
+    percent = percent * 10 + digit(text[i]);
   }
+  return percent <= 100 ? static_cast<int>(percent) : kNone;
 }
 
-/// `60%` as 60, up to 100 %.
-int whole_percentage(std::string_view text) {
-  if (text.empty() || text.back() != '%') return kNone;
-  const int percent = short_number(text.substr(0, text.size() - 1));
-  return percent <= 100 ? percent : kNone;
-}
+/// `AU12`, `AU12L`; of anything else no number.
+struct UnitName {
+  unsigned number = 0;
+  char side = '\0';
+
+  explicit UnitName(std::string_view text) {
+    constexpr std::size_t kMostDigits = 3;
+    if (text[0] != 'A' || text[1] != 'U') return;
+    std::size_t at = 2;
+    unsigned read = 0;
+    for (; at < text.size() && at < 2 + kMostDigits && digit(text[at]) <= 9; ++at) read = read * 10 + digit(text[at]);
+    if (at < text.size() && (text[at] == 'L' || text[at] == 'R')) side = text[at++];
+    if (at == text.size()) number = read;
+  }
+};
 
 /// The first node behind a declaration's comments.
 std::uint32_t behind_docs(const NodeList& nodes, std::uint32_t declaration) {
@@ -97,16 +105,12 @@ bool PlainMovements::pose(std::uint32_t number) {
 
 bool PlainMovements::add_term(const lang::Tree& tree, std::uint32_t term, Evaluator::Known& pose) {
   if (whole_percentage(tree.near_text(term + 2)) == kNone) return false;
-  std::string_view name = tree.near_text(term + 3);
-  if (name[0] != 'A' || name[1] != 'U') return false;
-  const bool left = name.back() == 'L';
-  const bool right = name.back() == 'R';
-  name = name.substr(2, name.size() - (left || right ? 3 : 2));
-  const int number = short_number(name);
-  if (number == kNone || static_cast<std::size_t>(number) >= units_.size()) return false;
-  const Unit unit = units_[static_cast<std::size_t>(number)];
-  if (!unit.exists || (!unit.sided && (left || right))) return false;
-  return (right || add(unit.channel, pose)) && (!unit.sided || left || add(unit.channel + 1U, pose));
+  const UnitName name(tree.near_text(term + 3));
+  if (name.number >= units_.size()) return false;
+  const Unit unit = units_[name.number];
+  if (!unit.exists || (!unit.sided && name.side != '\0')) return false;
+  return (name.side == 'R' || add(unit.channel, pose)) &&
+         (!unit.sided || name.side == 'L' || add(unit.channel + 1U, pose));
 }
 
 /// False: the pose moves it already. Sums are left to those who round them.

@@ -1,6 +1,7 @@
 #include <nms/lang/quantity.h>
 
 #include <cmath>
+#include <cstring>
 #include <string>
 #include <system_error>
 
@@ -10,7 +11,7 @@ namespace nms::lang {
 namespace {
 
 struct UnitRow {
-  std::string_view text;
+  char text[4];
   Unit unit;
   int exponent;  // of ten, to the base unit
 };
@@ -19,6 +20,15 @@ constexpr UnitRow kUnits[] = {
     {"us", Unit::time, -6},  {"deg", Unit::angle, 0},  {"Hz", Unit::frequency, 0}, {"x", Unit::count, 0},
     {"mm", Unit::length, 0}, {"cm", Unit::length, 1},
 };
+
+const UnitRow* find_unit(std::string_view text) {
+  if (text.size() >= sizeof UnitRow::text) return nullptr;
+  char padded[sizeof UnitRow::text] = {};
+  for (std::size_t i = 0; i < text.size(); ++i) padded[i] = text[i];
+  for (const UnitRow& u : kUnits)
+    if (std::memcmp(u.text, padded, sizeof padded) == 0) return &u;
+  return nullptr;
+}
 
 constexpr double kMost = 1e9;
 constexpr std::int64_t kMostNanoseconds = 1'000'000'000'000'000;  // 1e6 s
@@ -86,9 +96,7 @@ std::optional<Quantity> read_quantity(std::string_view text) {
   }
   const std::string_view number = text.substr(0, at);
   const std::string_view unit = text.substr(at);
-  const UnitRow* row = nullptr;
-  for (const UnitRow& u : kUnits)
-    if (u.text == unit) row = &u;
+  const UnitRow* const row = find_unit(unit);
   if (row == nullptr) return std::nullopt;
 
   Quantity q;

@@ -262,7 +262,7 @@ class NodeList {
         packed(kParent, NodeKind::factor, 0, number_begin) | std::uint64_t{2} << kRestAt,
         packed(kLeaf, NodeKind::quantity, 0, number_begin) | std::uint64_t{number_end - number_begin} << kRestAt,
         packed(kLeaf, leaf, 0, leaf_begin) | std::uint64_t{leaf_end - leaf_begin} << kRestAt};
-    nodes_.insert(nodes_.end(), std::begin(nodes), std::end(nodes));
+    for (const std::uint64_t n : nodes) nodes_.push_back(n);
     return true;
   }
   /// `40%: p` as a step: five nodes. False, and nothing is added, where they would not fit.
@@ -276,7 +276,7 @@ class NodeList {
         packed(kParent, NodeKind::sum, 0, name_begin) | std::uint64_t{3} << kRestAt,
         packed(kParent, NodeKind::term, 0, name_begin) | std::uint64_t{2} << kRestAt,
         packed(kLeaf, NodeKind::name, 0, name_begin) | name_length};
-    nodes_.insert(nodes_.end(), std::begin(nodes), std::end(nodes));
+    for (const std::uint64_t n : nodes) nodes_.push_back(n);
     return true;
   }
   void add_flags(std::uint32_t i, std::uint8_t bits) { nodes_[i] |= std::uint64_t{bits} << kFlagsAt; }

@@ -61,7 +61,10 @@ class Tree {
   [[nodiscard]] const std::vector<std::uint32_t>& declarations() const { return declarations_; }
   [[nodiscard]] NodeRef at(std::uint32_t node) const { return {this, node}; }
   /// The text of a leaf that has_shape found: such a leaf's place stands in the node itself.
-  [[nodiscard]] std::string_view near_text(std::uint32_t leaf) const { return source_->slice(nodes_.near_range(leaf)); }
+  [[nodiscard]] std::string_view near_text(std::uint32_t leaf) const {
+    const Range range = nodes_.near_range(leaf);
+    return {source_->text().data() + range.begin, range.end - range.begin};
+  }
   [[nodiscard]] const std::vector<Comment>& comments() const { return comments_; }
 
  private:
