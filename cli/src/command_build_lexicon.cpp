@@ -1,11 +1,8 @@
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <filesystem>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <set>
 #include <span>
@@ -18,7 +15,6 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-#include <nms/compiler/compile.h>
 #include <nms/compiler/lexicon_index.h>
 #include <nms/program/text.h>
 #include <nms/runtime/gltf_export.h>
@@ -26,10 +22,12 @@
 
 #include "commands.h"
 #include "dependency_file.h"
+#include "loaded_lexicon.h"
 #include "loading.h"
 #include "manifest.h"
 #include "not_actuated.h"
 #include "output_file.h"
+#include "progress.h"
 #include "report.h"
 
 namespace nms::cli {
@@ -37,45 +35,6 @@ namespace {
 
 constexpr const char* kManifest = "manifest.json";
 constexpr const char* kBesideOneFile = ".manifest.json";  ///< added to the name of a single file
-
-/// A lexicon that is built: its sources, what they say, what they compile to.
-struct Loaded {
-  compiler::LexiconRecord lexicon;
-  program::Image image;
-};
-
-/// The file that declares a lexicon: a path to one, or a name in the standard library.
-std::shared_ptr<const lang::Source> lexicon_source(const std::string& name, SourceFiles& sources,
-                                                   lang::Diagnostics& diagnostics) {
-  if (name.ends_with(".nms")) {
-    auto opened = sources.open(name);
-    if (opened) return *opened;
-    add_failure(diagnostics, opened.error());
-    return nullptr;
-  }
-  auto found = sources.stdlib(fmt::format("lexicons/{}.nms", name));
-  if (found == nullptr)
-    add_failure(diagnostics, {"unknown_lexicon", name, "the standard library has no lexicon of that name",
-                              "give a name such as asl, or the path of a .nms file that declares one"});
-  return found;
-}
-
-std::optional<Loaded> load_lexicon(const GlobalOptions& global, const BuildOptions& options, SourceFiles& sources,
-                                   lang::Diagnostics& diagnostics) {
-  const auto root = lexicon_source(options.lexicon, sources, diagnostics);
-  if (root == nullptr) return std::nullopt;
-  compiler::TreeCache trees;
-  lang::Diagnostics again;  // whatever it finds is found by the compilation too
-  for (compiler::LexiconRecord& record : compiler::index_lexicons({root}, sources, again, &trees)) {
-    if (!record.root) continue;
-    auto image = load_lexicon_program(global, root->path(), record.name, options.face, sources, diagnostics, trees);
-    if (!image) return std::nullopt;
-    return Loaded{std::move(record), std::move(*image)};
-  }
-  add_failure(diagnostics, {"unknown_lexicon", options.lexicon, "it declares no lexicon",
-                            "give a file with `lexicon NAME \"title\" { ... }` in it"});
-  return std::nullopt;
-}
 
 /// Of all that every asset depends on beside its own clip: the rig, the face's surface, the options, this program.
 std::uint64_t common_hash(const program::Program& program, std::string_view surface, const BuildOptions& options) {
@@ -101,7 +60,7 @@ std::uint64_t asset_hash(std::uint64_t common, std::span<const Asset> assets) {
 }
 
 /// Entries and their clips, in the lexicon's order.
-std::vector<Asset> assets_of(const Loaded& loaded, bool one_file, const std::string& output) {
+std::vector<Asset> assets_of(const LoadedLexicon& loaded, bool one_file, const std::string& output) {
   std::vector<Asset> assets;
   const program::Program& program = loaded.image.program();
   for (const compiler::EntryRecord& e : loaded.lexicon.entries)
@@ -109,26 +68,6 @@ std::vector<Asset> assets_of(const Loaded& loaded, bool one_file, const std::str
       assets.push_back({&e, clip, one_file ? std::filesystem::path(output).filename().string() : e.name + ".glb", 0});
   return assets;
 }
-
-/// What stands on a terminal's last line while files are made.
-class Progress {
- public:
-  explicit Progress(std::size_t count) : count_(count), shown_(::isatty(STDERR_FILENO) != 0) {}
-  void done(const std::string& file) {
-    const std::lock_guard lock(mutex_);
-    ++done_;
-    if (shown_) fmt::print(stderr, "\r\x1b[K{}/{} {}", done_, count_, file);
-  }
-  void end() const {
-    if (shown_ && done_ != 0) fmt::print(stderr, "\r\x1b[K");
-  }
-
- private:
-  std::mutex mutex_;
-  std::size_t count_;
-  std::size_t done_ = 0;
-  bool shown_;
-};
 
 /// One file to make: the assets that stand in it.
 struct Job {
@@ -206,7 +145,7 @@ std::size_t remove_old(const std::string& folder, const Before& before, const st
 
 void run(const GlobalOptions& global, const BuildOptions& options, SourceFiles& sources,
          lang::Diagnostics& diagnostics) {
-  const auto loaded = load_lexicon(global, options, sources, diagnostics);
+  const auto loaded = load_lexicon(global, options.lexicon, options.face, sources, diagnostics);
   if (!loaded) return;
   const program::Program& program = loaded->image.program();
   const auto surface = face_surface(program, options.face, sources, diagnostics);

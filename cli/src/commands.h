@@ -53,6 +53,16 @@ struct DiffOptions {
 /// What changed in meaning. 0: nothing, 1: something, 2: one of the two could not be read.
 int diff(const GlobalOptions& global, const DiffOptions& options);
 
+struct DocOptions {
+  std::vector<std::string> lexicons;  ///< as in BuildOptions::lexicon
+  std::vector<std::string> tests;     ///< files whose tests are shown with the entries that they play
+  std::string output;                 ///< folder
+  std::string face = "ada";
+  std::string viewer;  ///< folder of viewer.js; empty: where it is installed or built
+};
+/// Pages about lexicons: an index, and for each entry its moving face, plot, text, sources and tests.
+int doc(const GlobalOptions& global, const DocOptions& options);
+
 int dump(const GlobalOptions& global, const std::string& file);
 
 struct ExplainCommandOptions {

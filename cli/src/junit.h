@@ -17,7 +17,4 @@ struct TestedFile {
 /// are the same bytes.
 [[nodiscard]] std::string junit(const std::vector<TestedFile>& files);
 
-/// Text as XML may hold it: the five special characters escaped; what XML 1.0 has no way to say is `?`.
-[[nodiscard]] std::string xml_escaped(std::string_view text);
-
 }  // namespace nms::cli

@@ -174,6 +174,27 @@ int main(int argc, char** argv) try {
       "times by more than 1 ms. Exit: 0 nothing changed, 1 something did, 2 OLD or NEW has errors, or wrong usage.");
   diff_command->callback([&] { chosen = [&] { return diff(global, diff_options); }; });
 
+  DocOptions doc_options;
+  CLI::App* doc_command = app.add_subcommand("doc", "Write pages about a lexicon, to look at in a browser");
+  doc_command
+      ->add_option("--lexicon", doc_options.lexicons,
+                   "A lexicon of the standard library, or a .nms file; may be given several times")
+      ->required()
+      ->type_name("NAME")
+      ->take_all()
+      ->expected(1);
+  doc_command->add_option("-o,--output", doc_options.output, "The folder to write")->required()->type_name("DIR");
+  doc_command
+      ->add_option("--tests", doc_options.tests,
+                   "Sources whose tests are shown with the entries that they play, besides the lexicon's own")
+      ->type_name("FILE...");
+  doc_command->add_option("--face", doc_options.face, "Face of the standard library, or a .nms file that declares one")
+      ->type_name("NAME")
+      ->capture_default_str();
+  doc_command->add_option("--viewer", doc_options.viewer, "Folder of viewer.js, which scripts/viewer makes")
+      ->type_name("DIR");
+  doc_command->callback([&] { chosen = [&] { return doc(global, doc_options); }; });
+
   CLI::App* dump_command = app.add_subcommand("dump", "Print a program as text");
   dump_command->add_option("FILE", file, "A source or a compiled .auc")->required();
   dump_command->callback([&] { chosen = [&] { return dump(global, file); }; });

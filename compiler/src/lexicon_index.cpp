@@ -40,7 +40,15 @@ EntryRecord record_of(const Declaration& e, const Declarations& all) {
     if (name == "alias") out.aliases.insert(out.aliases.end(), values.begin(), values.end());
     if (name == "source") out.sources.insert(out.sources.end(), values.begin(), values.end());
   }
-  const lang::Source& source = e.node.tree().source();
+  out.range = e.node.range();
+  for (NodeRef doc : e.node.children()) {
+    if (!doc.is(NodeKind::doc_comment)) break;
+    std::string_view line = doc.text();
+    while (!line.empty() && (line.front() == '/' || line.front() == ' ')) line.remove_prefix(1);
+    out.comment += (out.comment.empty() ? "" : " ") + std::string(line);
+  }
+  out.source = e.node.tree().source_pointer();
+  const lang::Source& source = *out.source;
   out.file = source.path();
   out.line = source.position(e.node.range().begin).line;
   out.lexicon = all.lexicons[e.lexicon].declaration.name;

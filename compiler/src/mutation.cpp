@@ -103,14 +103,13 @@ class Mutation {
     }
     for (std::size_t t = 0; t < c.declarations.tests.size(); ++t) {
       if (c.declarations.tests[t].file != root_file) continue;
-      std::vector<const Declaration*> played;
-      TestResult result = c.tests.run(c.declarations.tests[t], &played);
-      if (!result.passed()) result_.failing.push_back(std::move(result));
-      for (const Declaration* e : played) {
-        std::vector<Players>& players = players_[place_of(*e)];
+      TestResult result = c.tests.run(c.declarations.tests[t]);
+      for (const PlayedEntry& e : result.plays) {
+        std::vector<Players>& players = players_[{e.file, e.begin}];
         if (players.empty() || players.back().root != r) players.push_back({r, {}});
-        if (players.back().tests.empty() || players.back().tests.back() != t) players.back().tests.push_back(t);
+        players.back().tests.push_back(t);
       }
+      if (!result.passed()) result_.failing.push_back(std::move(result));
     }
   }
 

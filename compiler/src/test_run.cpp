@@ -624,19 +624,32 @@ TestRun::Subject TestRun::play(NodeRef play, std::uint32_t file) {
   return nullptr;
 }
 
+namespace {
+
+void note_entries(const ClipDraft& clip, std::vector<PlayedEntry>& plays) {
+  for (const DraftCause& c : clip.causes) {
+    if (c.entry == nullptr) continue;
+    PlayedEntry played{std::string(c.entry->name), c.entry->node.tree().source().path(), c.entry->node.range().begin};
+    if (std::find(plays.begin(), plays.end(), played) == plays.end()) plays.push_back(std::move(played));
+  }
+}
+
+}  // namespace
+
 void TestRun::expect(NodeRef node, const Subject& subject, const Scope& scope, TestResult* result) {
   const auto wanted = ExpectReader(evaluator_, scope, subject.get()).read(node);
   if (wanted && result != nullptr)
     result->expectations.push_back(judge(node, *wanted, *subject, evaluator_.channels()));
 }
 
-TestResult TestRun::walk(const Declaration& test, bool run, std::vector<const Declaration*>* entries) {
+TestResult TestRun::walk(const Declaration& test, bool run) {
   TestResult result;
   const NodeRef name = test.node.child(NodeKind::string);
   if (!name || test.node.has(lang::kFlagError)) return result;
   result.name = unquoted(name);
   result.source = test.node.tree().source_pointer();
   result.range = name.range();
+  result.whole = test.node.range();
   Scope scope;
   scope.file = test.file;
   Subject subject;
@@ -646,9 +659,7 @@ TestResult TestRun::walk(const Declaration& test, bool run, std::vector<const De
     if (item.is(NodeKind::play)) {
       played = true;
       subject = play(item, test.file);
-      if (entries != nullptr && subject != nullptr)
-        for (const DraftCause& c : subject->clip.causes)
-          if (c.entry != nullptr) entries->push_back(c.entry);
+      if (run && subject != nullptr) note_entries(subject->clip, result.plays);
     } else if (item.is(NodeKind::expect)) {
       expected = true;
       if (!played) evaluator_.report(scope, item, MissingProperty{"something to play before it: play NAME", "expect"});

@@ -24,16 +24,13 @@ class TestRun {
   TestRun& operator=(const TestRun&) = delete;
 
   /// Reports what is wrong with a test: names, units, places.
-  void check(const Declaration& test) { (void)walk(test, false, nullptr); }
+  void check(const Declaration& test) { (void)walk(test, false); }
   /// The same, and how its expectations come out.
-  /// @param entries  what the test plays uses them; each may come several times
-  [[nodiscard]] TestResult run(const Declaration& test, std::vector<const Declaration*>* entries = nullptr) {
-    return walk(test, true, entries);
-  }
+  [[nodiscard]] TestResult run(const Declaration& test) { return walk(test, true); }
 
  private:
   using Subject = std::shared_ptr<TestSubject>;
-  [[nodiscard]] TestResult walk(const Declaration& test, bool run, std::vector<const Declaration*>* entries);
+  [[nodiscard]] TestResult walk(const Declaration& test, bool run);
   [[nodiscard]] Subject play(lang::NodeRef play, std::uint32_t file);
   [[nodiscard]] Subject play_clip(const Declaration& d, lang::NodeRef play, lang::NodeRef duration, const Scope& scope);
   [[nodiscard]] Subject play_entry(const Declaration& d, lang::NodeRef play, std::int64_t length_ns,

@@ -19,8 +19,6 @@ namespace {
 
 constexpr float kPi = 3.14159265F;
 constexpr int kSamplesAcross = 3;         // rays a pixel: their square
-constexpr int kSkyRays = 32;              // per vertex, over the hemisphere
-constexpr int kKeyRays = 12;              // per vertex, over the key light's disc
 constexpr float kOcclusionReach = 0.05F;  // [m] what is farther away does not darken the sky
 constexpr float kLift = 0.0004F;          // [m] a ray starts this far off the surface it leaves
 constexpr float kLens = 6.0F;             // camera's distance, in heights of the picture: a long lens
@@ -117,6 +115,7 @@ class Renderer {
       if (const char* wrong = defect(m)) return RenderFailure{wrong};
     if (options_.width < 1 || options_.height < 1 || options_.threads < 1)
       return RenderFailure{"a picture needs pixels and a thread"};
+    if (options_.sky_rays < 1 || options_.key_rays < 1) return RenderFailure{"a picture needs rays of light"};
     if (!embree()) return embree().error();
     embree_ = *embree();
     device_.reset(embree_.rtcNewDevice("threads=1"));
@@ -216,27 +215,29 @@ class Renderer {
   /// Near things darken more than far ones: 1 at once, 0 at the end of the reach.
   float openness(const glm::vec3& from, const glm::mat3& frame) const {
     float open = 0.0F;
-    for (std::uint32_t i = 0; i < kSkyRays; ++i) {
-      const glm::vec2 h = hammersley(i, kSkyRays);
+    const auto rays = static_cast<std::uint32_t>(options_.sky_rays);
+    for (std::uint32_t i = 0; i < rays; ++i) {
+      const glm::vec2 h = hammersley(i, rays);
       const float r = std::sqrt(h.x);
       const glm::vec3 local(r * std::cos(2.0F * kPi * h.y), r * std::sin(2.0F * kPi * h.y),
                             std::sqrt(std::max(0.0F, 1.0F - h.x)));
       float distance = 0.0F;
       open += blocked(from, frame * local, kOcclusionReach, &distance) ? distance / kOcclusionReach : 1.0F;
     }
-    return open / kSkyRays;
+    return open / static_cast<float>(rays);
   }
 
   float key_seen(const glm::vec3& from) const {
     static const glm::mat3 frame = frame_about(kKeyDirection);
     int seen = 0;
-    for (std::uint32_t i = 0; i < kKeyRays; ++i) {
-      const glm::vec2 h = hammersley(i, kKeyRays);
+    const auto rays = static_cast<std::uint32_t>(options_.key_rays);
+    for (std::uint32_t i = 0; i < rays; ++i) {
+      const glm::vec2 h = hammersley(i, rays);
       const float r = kKeySpread * std::sqrt(h.x);
       const glm::vec3 local(r * std::cos(2.0F * kPi * h.y), r * std::sin(2.0F * kPi * h.y), 1.0F);
       seen += blocked(from, glm::normalize(frame * local), 1.0F) ? 0 : 1;
     }
-    return static_cast<float>(seen) / kKeyRays;
+    return static_cast<float>(seen) / static_cast<float>(rays);
   }
 
   Reach reach_at(const glm::vec3& position, const glm::vec3& normal) const {

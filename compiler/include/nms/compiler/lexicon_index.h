@@ -23,6 +23,9 @@ struct EntryRecord {
   std::vector<std::string> labels;
   std::vector<std::string> aliases;
   std::vector<std::string> sources;
+  std::string comment;  ///< its doc comment, lines joined by blanks
+  std::shared_ptr<const lang::Source> source;
+  lang::Range range;       ///< its declaration, doc comment included
   std::string file;        ///< path of the source it stands in
   std::uint32_t line = 0;  ///< of its first character, from 1
   std::string lexicon;     ///< the one that declares it: another than asked for if it is included or inherited

@@ -55,11 +55,21 @@ struct Expectation {
   std::vector<TestCause> causes;  ///< what made the value at `first`
 };
 
+/// An entry that a test plays: where it is written.
+struct PlayedEntry {
+  std::string name;
+  std::string file;
+  std::uint32_t begin = 0;  ///< of its declaration, doc comments included
+  friend bool operator==(const PlayedEntry&, const PlayedEntry&) = default;
+};
+
 /// How one `test` came out.
 struct TestResult {
   std::string name;
   std::shared_ptr<const lang::Source> source;
-  lang::Range range;  ///< its name
+  lang::Range range;               ///< its name
+  lang::Range whole;               ///< all of it
+  std::vector<PlayedEntry> plays;  ///< each once, in the order they are used
   std::vector<Expectation> expectations;
 
   [[nodiscard]] bool passed() const {

@@ -34,9 +34,11 @@ struct Camera {
 };
 
 struct RenderOptions {
-  int width = 360;   ///< [px]
-  int height = 450;  ///< [px]
-  int threads = 1;   ///< the picture is the same for any number
+  int width = 360;    ///< [px]
+  int height = 450;   ///< [px]
+  int threads = 1;    ///< the picture is the same for any number
+  int sky_rays = 32;  ///< for each vertex, over the hemisphere: what is near darkens it. Most of the work.
+  int key_rays = 12;  ///< for each vertex, over the key light's disc: soft shadows
 };
 
 /// Why there is no picture.

@@ -1,0 +1,11 @@
+# cmake -DROOT=<cli/site> -DOUT=<file.cpp> -P embed_site.cmake: what all pages of `nmsc doc` share, as one C++ file.
+set(code "#include \"site_pages.h\"\n\nnamespace nms::cli {\n\n")
+foreach(name css js)
+  file(READ "${ROOT}/site.${name}" text)
+  if(text MATCHES "\\)nms_site\"")
+    message(FATAL_ERROR "site.${name} holds the end mark of an embedded file")
+  endif()
+  string(APPEND code "std::string_view site_${name}() { return R\"nms_site(${text})nms_site\"; }\n")
+endforeach()
+string(APPEND code "\n}  // namespace nms::cli\n")
+file(WRITE "${OUT}" "${code}")
