@@ -29,8 +29,7 @@ class CountedBytes {
     ++*this;
     return old;
   }
-  friend bool operator==(const CountedBytes& a, const CountedBytes& b) { return a.at_ == b.at_; }
-  friend bool operator!=(const CountedBytes& a, const CountedBytes& b) { return a.at_ != b.at_; }
+  bool operator==(const CountedBytes& other) const { return at_ == other.at_; }
 
  private:
   const char* at_;
@@ -133,9 +132,9 @@ class RowBuilder {
 
   bool fail(std::string cause = "a table is one array of objects, and their fields are texts and numbers",
             std::string remedy = kShape) {
-    const lang::Range at = range();
-    diagnostics_.report(source_, {at.begin, at.end > at.begin ? at.end : at.begin + 1},
-                        TableSyntax{std::move(cause), std::move(remedy)});
+    lang::Range at = range();
+    if (at.begin == at.end && at.end < source_->text().size()) ++at.end;
+    diagnostics_.report(source_, at, TableSyntax{std::move(cause), std::move(remedy)});
     return false;
   }
 
