@@ -169,7 +169,9 @@ TEST(DiagnosticPages, every_kind_has_one_and_its_severity_is_right) {
       EXPECT_TRUE(there.count(kind)) << "docs/diagnostics/" << kind << ".md is missing; see " << e.path();
     }
   }
-  for (const char* kind : {"expectation_failed", "removal_unnoticed", "not_a_program", "truncated_program", "corrupt_program"})
+  for (const char* kind :
+       {"expectation_failed", "removal_unnoticed", "not_a_program", "truncated_program", "corrupt_program",
+        "older_version", "newer_version", "bad_avatar", "no_targets", "clip_exists"})
     known.insert(kind);
   for (const std::string& kind : there) EXPECT_TRUE(known.count(kind)) << kind << " is no kind any more";
 }
