@@ -16,8 +16,9 @@ constexpr std::size_t kHugePage = std::size_t{2} << 20U;
 
 void* allocate(std::size_t size) noexcept {
   if (size < kHugePage) return std::malloc(size == 0 ? 1 : size);
-  void* const block = std::aligned_alloc(kHugePage, size);
-  if (block != nullptr) static_cast<void>(madvise(block, size / kHugePage * kHugePage, MADV_HUGEPAGE));
+  void* block = nullptr;
+  if (posix_memalign(&block, kHugePage, size) != 0) return nullptr;
+  static_cast<void>(madvise(block, size / kHugePage * kHugePage, MADV_HUGEPAGE));
   return block;
 }
 

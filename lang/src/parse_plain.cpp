@@ -43,6 +43,12 @@ const char* past_unit(const char* at) {
   return Lexer::in_name(*at) ? nullptr : at;
 }
 
+/// Past the end of the line that is at `at`, or null.
+const char* past_line_end(const char* at) {
+  if (*at == '\r') ++at;
+  return *at == '\n' ? at + 1 : nullptr;
+}
+
 /// `40%: p` and the end of its line at `at`; where a step's words may be others, nothing.
 struct PlainStep {
   const char* share_end = nullptr;
@@ -52,7 +58,7 @@ struct PlainStep {
     if (share_end == at || share_end[0] != '%' || share_end[1] != ':' || share_end[2] != ' ') return;
     ++share_end;
     const char* const end = past_name(name());
-    if (end == nullptr || *end != '\n') return;
+    if (end == nullptr || past_line_end(end) == nullptr) return;
     const std::string_view word(name(), static_cast<std::size_t>(end - name()));
     if (word != "facs" && word != "mouthing") name_end = end;
   }
@@ -118,7 +124,7 @@ bool Parser::plain_pose() {
   nodes_.leaf(NodeKind::name, offset(name), offset(name_end));
   const std::uint32_t sum = nodes_.open(NodeKind::sum, offset(name_end + 3));
   const char* const end = add_plain_terms(name_end + 3);
-  if (end == nullptr || *end != '\n') {
+  if (end == nullptr || past_line_end(end) == nullptr) {
     nodes_.truncate(before);
     return false;
   }
@@ -136,13 +142,15 @@ bool Parser::plain_expression() {
   const char* at = past_digits(length);
   if (at == length) return false;
   if (at[0] == '.' && is_digit(at[1])) at = past_digits(at + 1);
-  if (at[0] != 's' || at - length > kMostDigits || at[1] != ' ' || at[2] != '{' || at[3] != '\n') return false;
+  if (at[0] != 's' || at - length > kMostDigits || at[1] != ' ' || at[2] != '{') return false;
+  const char* line = past_line_end(at + 3);
+  if (line == nullptr) return false;
   const std::uint32_t before = nodes_.size();
   nodes_.leaf(NodeKind::name, offset(name), offset(name_end));
   nodes_.leaf(NodeKind::quantity, offset(length), offset(at + 1));
-  at += 4;
   while (true) {
-    while (*at == ' ') ++at;
+    at = line;
+    while (*at == ' ' || *at == '\t') ++at;
     if (*at == '}') break;
     const PlainStep step(at);
     if (step.name_end == nullptr ||
@@ -150,7 +158,7 @@ bool Parser::plain_expression() {
       nodes_.truncate(before);
       return false;
     }
-    at = step.name_end + 1;
+    line = past_line_end(step.name_end);
   }
   go_on_behind(at + 1, Tok::right_brace);
   return true;

@@ -33,10 +33,11 @@ const UnitRow* find_unit(std::string_view text) {
 constexpr double kMost = 1e9;
 constexpr std::int64_t kMostNanoseconds = 1'000'000'000'000'000;  // 1e6 s
 
+constexpr double kTens[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
+                            1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+
 // Digits times ten to the exponent, rounded once.
 double scaled(std::uint64_t digits, bool all_kept, std::string_view number, int decimals, int exponent) {
-  constexpr double kTens[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
-                              1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
   const int power = exponent - decimals;
   // Both operands are exact, so that the one operation rounds correctly.
   if (all_kept && digits <= (std::uint64_t{1} << 53U) && power >= -22 && power <= 22) {
@@ -64,10 +65,32 @@ std::optional<Quantity> short_percentage(std::string_view text) {
   return Quantity{static_cast<double>(digits) / 100.0, Unit::percent, 0};
 }
 
+/// So has `2.4s`, as expressions say their lengths.
+std::optional<Quantity> short_seconds(std::string_view text) {
+  constexpr std::size_t kMostBytes = 7;
+  if (text.size() < 2 || text.size() > kMostBytes || text.back() != 's') return std::nullopt;
+  std::int64_t digits = 0;
+  std::int64_t unit_ns = 1'000'000'000;
+  std::size_t point = 0;  // none: it cannot come first
+  for (std::size_t i = 0; i + 1 < text.size(); ++i) {
+    if (text[i] == '.' && point == 0 && i != 0 && i + 2 < text.size()) {
+      point = i;
+      continue;
+    }
+    const unsigned d = static_cast<unsigned char>(text[i]) - unsigned{'0'};
+    if (d > 9) return std::nullopt;
+    digits = digits * 10 + d;
+    if (point != 0) unit_ns /= 10;
+  }
+  const std::size_t decimals = point == 0 ? 0 : text.size() - 2 - point;
+  return Quantity{static_cast<double>(digits) / kTens[decimals], Unit::time, digits * unit_ns};
+}
+
 }  // namespace
 
 std::optional<Quantity> read_quantity(std::string_view text) {
   if (const auto percent = short_percentage(text)) return percent;
+  if (const auto seconds = short_seconds(text)) return seconds;
   bool negative = false;
   if (!text.empty() && (text.front() == '-' || text.front() == '+')) {
     negative = text.front() == '-';

@@ -38,6 +38,22 @@ TEST(Quantity, long_numbers_round_once) {
   EXPECT_EQ(read_quantity(std::string(400, '0') + "7")->value, 7.0);
 }
 
+// A sign sends a number round the ways of its own that the commonest forms have.
+TEST(Quantity, short_forms_come_to_the_same) {
+  for (const char* unit : {"%", "s", "ms"})
+    for (const char* number : {"0", "7", "60", "100", "0.1", "2.4", "0.07", "9.999", "123456", "1234.5", "0.00001",
+                               ".5", "5.", "1.2.3", "", ".", "1s", "1 "}) {
+      const std::string text = std::string(number) + unit;
+      const auto plain = read_quantity(text);
+      const auto with_sign = read_quantity("+" + text);
+      ASSERT_EQ(plain.has_value(), with_sign.has_value()) << text;
+      if (!plain) continue;
+      EXPECT_EQ(plain->value, with_sign->value) << text;
+      EXPECT_EQ(plain->unit, with_sign->unit) << text;
+      EXPECT_EQ(plain->nanoseconds, with_sign->nanoseconds) << text;
+    }
+}
+
 TEST(Quantity, nothing_for_anything_else) {
   for (std::string_view t : {"", "-", "s", ".5", "1.", "1..2", "1.2.3", "5 s", "5S", "5sec", "--5", "1e5", "5%%",
                              "1000000.1s", "1000000001", "99999999999999999999999999999999x", "1100000000ms"})
