@@ -8,8 +8,9 @@ import { GLTFLoader } from 'three/examples/jsm/loaders/GLTFLoader.js';
 
 /** Turns of the camera about the face, in degrees; positive: the face's own left comes to the front. */
 const VIEWS = { front: 0, threequarter: 35, side: 80 };
-const DISTANCE = 0.62; // m, from the foremost point: head and shoulders fill the picture
-const FOCUS = 0.11; // m, below the crown: the middle of the face
+const HEIGHT = 0.31; // m, of the picture, where the face is: it has room to lean and turn
+const LENS = 14; // degrees, of the picture's height: a long lens, so that a head that comes forward hardly grows
+const FOCUS = 0.13; // m, below the crown: the middle of the face
 
 /**
  * @param canvas  on which it is drawn, at the size that the page gives it
@@ -34,7 +35,8 @@ export async function show(canvas, bytes, clip) {
   const box = new Box3().setFromObject(gltf.scene); // at rest
   const size = box.getSize(new Vector3());
   const focus = new Vector3(0, box.max.y - Math.min(FOCUS, 0.42 * size.y), box.max.z - 0.07);
-  const camera = new PerspectiveCamera(24, 1, 0.01, 10);
+  const camera = new PerspectiveCamera(LENS, 1, 0.01, 10);
+  const distance = HEIGHT / 2 / Math.tan(LENS / 2 * Math.PI / 180);
 
   const mixer = new AnimationMixer(gltf.scene);
   const action = mixer.clipAction(animation);
@@ -75,7 +77,7 @@ export async function show(canvas, bytes, clip) {
   };
 
   function draw() {
-    camera.position.set(focus.x + Math.sin(angle) * DISTANCE, focus.y, focus.z + Math.cos(angle) * DISTANCE);
+    camera.position.set(focus.x + Math.sin(angle) * distance, focus.y, focus.z + Math.cos(angle) * distance);
     camera.lookAt(focus);
     // Not `duration` itself, which a loop takes for its start.
     mixer.setTime(Math.min(player.time, player.duration * (1 - 1e-6)));
