@@ -138,17 +138,19 @@ void bind_a_rig(benchmark::State& state) {
 }
 BENCHMARK(bind_a_rig)->Apply(densities)->Unit(benchmark::kMillisecond);
 
+// Quantized where the second number is 1.
 void export_a_clip(benchmark::State& state) {
   const Scene& s = scene(state.range(0));
   std::size_t bytes = 0;
   for (auto _ : state) {
-    const auto glb = runtime::export_glb(s.face, s.rig, s.image.program(), {{"much"}, false, false, 0.0});
+    const auto glb =
+        runtime::export_glb(s.face, s.rig, s.image.program(), {{"much"}, false, false, 0.0, state.range(1) != 0});
     bytes = glb->size();
     benchmark::DoNotOptimize(glb->data());
   }
   state.counters["vertices"] = vertices(s);
   state.counters["bytes"] = static_cast<double>(bytes);
 }
-BENCHMARK(export_a_clip)->Arg(100)->Unit(benchmark::kMillisecond);
+BENCHMARK(export_a_clip)->Args({50, 0})->Args({100, 0})->Args({50, 1})->Args({100, 1})->Unit(benchmark::kMillisecond);
 
 }  // namespace

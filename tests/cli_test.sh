@@ -497,6 +497,8 @@ expect 0 "build --report" "$nmsc" build good.nms --clip smile --report -o told.g
 says "build --report" "smile: max 0."
 expect 0 "build --max-error" "$nmsc" build good.nms --clip smile --max-error 0.1mm -o exact.glb
 says "build --max-error" "smile: max 0.0"
+expect 0 "build --quantize" "$nmsc" build good.nms --clip smile --quantize -o small.glb
+holds "build --quantize makes it much smaller" test "$(stat -c %s small.glb)" -lt $(($(stat -c %s told.glb) * 7 / 10))
 expect 1 "build --max-error without a unit" "$nmsc" build good.nms --clip smile --max-error 0.1 -o exact2.glb
 says "build --max-error without a unit" "bad_length"
 

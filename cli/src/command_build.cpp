@@ -4,12 +4,12 @@
 
 #include <fmt/format.h>
 
-#include <nms/lang/quantity.h>
 #include <nms/runtime/gltf_avatar.h>
 #include <nms/runtime/gltf_export.h>
 #include <nms/runtime/rig.h>
 
 #include "commands.h"
+#include "gltf_options.h"
 #include "loading.h"
 #include "not_actuated.h"
 #include "output_file.h"
@@ -68,14 +68,16 @@ void run_on_avatar(const GlobalOptions& global, const BuildOptions& options, Sou
              static_cast<double>(made->glb.size()) / 1e6);
 }
 
-constexpr double kLeastError_mm = 0.01;
-
 /// One line a clip: how far the file's targets are from the runtime's surface.
 void print_errors(const runtime::GltfReport& report) {
   for (const runtime::GltfClipError& e : report.clips) {
     fmt::print(stderr, "  {}: max {:.2f} mm", e.clip, e.largest_m * 1000.0);
     if (!e.mesh.empty()) fmt::print(stderr, " at {:.2f} s, {} near {}", e.time_s, e.mesh, e.place);
-    fmt::print(stderr, "; normals {:.1f} deg\n", e.normal_rad * 57.29577951308232);
+    fmt::print(stderr, "; normals {:.1f} deg", e.normal_rad * 57.29577951308232);
+    if (!e.normal_mesh.empty()) {
+      fmt::print(stderr, " at {:.2f} s, {} near {}", e.normal_time_s, e.normal_mesh, e.normal_place);
+    }
+    fmt::print(stderr, "\n");
   }
   if (!report.corrections.empty()) {
     fmt::print(stderr, "  {} corrective target{}\n", report.corrections.size(),
@@ -98,20 +100,12 @@ void run(const GlobalOptions& global, const BuildOptions& options, SourceFiles& 
   const auto rig = bind_face(*face, program, diagnostics);
   if (!rig) return;
   warn_not_actuated(program, *rig, clips, options.face, diagnostics);
-  runtime::GltfOptions wanted{options.clips, options.all_targets, options.dense};
-  if (!options.max_error.empty()) {
-    const auto length = lang::read_quantity(options.max_error);
-    if (!length || length->unit != lang::Unit::length || length->value < kLeastError_mm) {
-      add_failure(diagnostics, {"bad_length", "--max-error",
-                                fmt::format("\"{}\" is not a length of 0.01 mm or more", options.max_error),
-                                "write it with its unit: 0.2mm"});
-      return;
-    }
-    wanted.max_error_m = length->value / 1000.0;
-  }
+  auto wanted = gltf_options(options, diagnostics);
+  if (!wanted) return;
+  wanted->clips = options.clips;
   runtime::GltfReport report;
-  const bool measured = options.report || wanted.max_error_m > 0.0;
-  const auto glb = runtime::export_glb(*face, *rig, program, wanted, measured ? &report : nullptr);
+  const bool measured = options.report || wanted->max_error_m > 0.0;
+  const auto glb = runtime::export_glb(*face, *rig, program, *wanted, measured ? &report : nullptr);
   if (!glb) {
     add_failure(diagnostics, glb.error());
     return;

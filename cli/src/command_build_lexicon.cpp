@@ -22,6 +22,7 @@
 
 #include "commands.h"
 #include "dependency_file.h"
+#include "gltf_options.h"
 #include "loaded_lexicon.h"
 #include "loading.h"
 #include "manifest.h"
@@ -49,7 +50,8 @@ std::uint64_t common_hash(const program::Program& program, std::string_view surf
     if (!clip) rig += line;
     at = end;
   }
-  rig += fmt::format("{} {} {}", NMS_VERSION, options.all_targets, options.dense);
+  rig += fmt::format("{} {} {} {} {}", NMS_VERSION, options.all_targets, options.dense, options.quantize,
+                     options.max_error);
   return XXH3_64bits(rig.data(), rig.size()) ^ XXH3_64bits_withSeed(surface.data(), surface.size(), 1);
 }
 
@@ -78,15 +80,13 @@ struct Job {
 /// Makes the files, side by side; failures in the order of the jobs.
 std::vector<program::Failure> make_files(const std::vector<Job>& jobs, const runtime::Face& face,
                                          const runtime::Rig& rig, const program::Program& program,
-                                         const BuildOptions& options) {
+                                         const runtime::GltfOptions& options) {
   std::vector<std::optional<program::Failure>> failures(jobs.size());
   Progress progress(jobs.size());
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
     for (std::size_t i = next++; i < jobs.size(); i = next++) {
-      runtime::GltfOptions gltf;
-      gltf.all_targets = options.all_targets;
-      gltf.dense = options.dense;
+      runtime::GltfOptions gltf = options;
       for (const Asset* a : jobs[i].assets) gltf.clips.emplace_back(program.string(a->clip->name));
       const auto glb = runtime::export_glb(face, rig, program, gltf);
       if (!glb)
@@ -157,6 +157,8 @@ void run(const GlobalOptions& global, const BuildOptions& options, SourceFiles& 
     add_failure(diagnostics, {"no_clips", options.lexicon, "the lexicon has no entries", "give it some"});
     return;
   }
+  const auto gltf = gltf_options(options, diagnostics);
+  if (!gltf) return;
   const std::uint64_t common = common_hash(program, surface->text(), options);
   for (Asset& a : assets) a.hash = asset_hash(common, {&a, 1});
   if (one_file) {
@@ -190,7 +192,7 @@ void run(const GlobalOptions& global, const BuildOptions& options, SourceFiles& 
     std::vector<const program::Clip*> clips;
     for (const Asset& a : assets) clips.push_back(a.clip);
     warn_not_actuated(program, *rig, clips, options.face, diagnostics);
-    for (const program::Failure& failure : make_files(jobs, *face, *rig, program, options))
+    for (const program::Failure& failure : make_files(jobs, *face, *rig, program, *gltf))
       add_failure(diagnostics, failure);
     if (diagnostics.error_count() != 0) return;
   }

@@ -32,6 +32,7 @@ struct BuildOptions {
   std::vector<std::string> clips;
   bool all_targets = false;
   bool dense = false;
+  bool quantize = false;
   std::string max_error;  ///< a length, or empty
   bool report = false;
 };

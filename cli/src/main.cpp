@@ -136,12 +136,15 @@ int main(int argc, char** argv) try {
                           "Write every action unit the face can show, not only those used");
   build_command
       ->add_option("--max-error", build_options.max_error,
-                   "Add corrective targets until no vertex is further than this from the runtime's surface: 0.2mm")
+                   "Add corrective targets until no vertex is further than this from the runtime's surface (0.2mm), "
+                   "and no normal by more than 3 degrees")
       ->type_name("LENGTH");
   build_command->add_flag("--report", build_options.report,
                           "Measure every clip against the runtime's surface, and say where it is furthest off");
   build_command->add_flag("--dense", build_options.dense,
                           "Plain accessors for morph targets, for importers without sparse ones");
+  build_command->add_flag("--quantize", build_options.quantize,
+                          "Vertices in whole numbers (KHR_mesh_quantization): a third of the size");
   build_command->callback([&] {
     if (build_options.files.empty() && build_options.lexicon.empty()) throw CLI::RequiredError("FILE or --lexicon");
     chosen = [&] {

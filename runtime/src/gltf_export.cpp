@@ -9,6 +9,7 @@
 #include <optional>
 #include <sstream>
 #include <string_view>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -19,6 +20,7 @@
 #include "animation_keys.h"
 #include "clip_stage.h"
 #include "gltf_buffer.h"
+#include "gltf_names.h"
 #include "morph_targets.h"
 #include "residual_targets.h"
 
@@ -52,11 +54,20 @@ class Export {
         program_(program),
         options_(options),
         writer_(model_),
-        stage_(face, rig, program) {}
+        stage_(face, rig, program),
+        clip_names_(clip_names(program)) {}
 
   tl::expected<std::vector<std::byte>, Failure> run() {
     if (auto failure = choose_clips()) return tl::unexpected(std::move(*failure));
     morphs_.emplace(stage_, clips_, options_.all_targets);
+    if (options_.quantize) {
+      for (MorphedMesh& m : morphs_->meshes()) {
+        m.grid = grid_of(m.linear.positions, m.linear.targets);
+        put_on(*m.grid, m.linear);
+      }
+      model_.extensionsUsed.emplace_back("KHR_mesh_quantization");
+      model_.extensionsRequired = model_.extensionsUsed;
+    }
     if (options_.max_error_m > 0.0) {
       for (MorphedMesh& m : morphs_->meshes()) add_residual_targets(*morphs_, stage_, m, clips_, options_.max_error_m);
     }
@@ -109,10 +120,11 @@ class Export {
     }
   }
 
-  int add_node(std::string_view name, int parent, glm::dvec3 translation) {
+  int add_node(std::string_view name, int parent, glm::dvec3 translation, float scale = 1.0F) {
     tinygltf::Node node;
     node.name = node_names_.unique(name);
     if (translation != glm::dvec3(0.0)) node.translation = triple(translation);
+    if (scale != 1.0F) node.scale = triple(glm::dvec3(static_cast<double>(scale)));
     model_.nodes.push_back(std::move(node));
     const int index = static_cast<int>(model_.nodes.size()) - 1;
     if (parent >= 0) model_.nodes[static_cast<std::size_t>(parent)].children.push_back(index);
@@ -150,12 +162,15 @@ class Export {
 
     tinygltf::Primitive shared;
     shared.mode = TINYGLTF_MODE_TRIANGLES;
-    shared.attributes["POSITION"] = writer_.vectors(positions, true);
-    shared.attributes["NORMAL"] = writer_.vectors(normals, false);
-    if (!face_.skin.colors.empty()) shared.attributes["COLOR_0"] = writer_.vectors(face_.skin.colors, false);
-    add_joints(shared);
-
     MorphedMesh* morphed = morphs_->mesh_of(std::nullopt);
+    const VertexGrid grid = grid_for(morphed, positions, glm::vec3(0.0F));
+    add_vertices(shared, positions, normals, grid);
+    if (!face_.skin.colors.empty()) {
+      shared.attributes["COLOR_0"] =
+          options_.quantize ? writer_.colors(face_.skin.colors) : writer_.vectors(face_.skin.colors, false);
+    }
+    add_joints(shared, grid);
+
     if (morphed != nullptr) add_targets(shared, *morphed);
 
     tinygltf::Mesh mesh;
@@ -180,8 +195,42 @@ class Export {
     if (morphed != nullptr) morphed->node = index;
   }
 
+  /// Where nothing is rounded, the grid that changes nothing.
+  /// @param origin  of the vertices that are written, in the coordinates of the morphed mesh
+  VertexGrid grid_for(const MorphedMesh* m, std::span<const glm::vec3> positions, glm::vec3 origin) const {
+    if (!options_.quantize) return {};
+    if (m == nullptr) return grid_of(positions, {});
+    return {m->grid->middle - origin, m->grid->scale};
+  }
+
+  void add_vertices(tinygltf::Primitive& primitive, std::vector<glm::vec3> positions,
+                    const std::vector<glm::vec3>& normals, const VertexGrid& grid) {
+    if (options_.quantize) {
+      for (glm::vec3& p : positions) p -= grid.middle;
+      primitive.attributes["POSITION"] = writer_.steps<std::int16_t>(positions, grid.scale, true);
+      primitive.attributes["NORMAL"] = writer_.steps<std::int16_t>(normals, 1.0F, false);
+    } else {
+      primitive.attributes["POSITION"] = writer_.vectors(positions, true);
+      primitive.attributes["NORMAL"] = writer_.vectors(normals, false);
+    }
+  }
+
   void add_targets(tinygltf::Primitive& primitive, const MorphedMesh& m) {
-    for (const LinearMesh::Target& target : m.linear.targets) add_target(primitive, target.moved, target.turned);
+    for (const LinearMesh::Target& target : m.linear.targets) {
+      m.grid ? add_target_steps(primitive, target, *m.grid) : add_target(primitive, target.moved, target.turned);
+    }
+  }
+
+  void add_target_steps(tinygltf::Primitive& primitive, const LinearMesh::Target& target, const VertexGrid& grid) {
+    std::map<std::string, int> attributes;
+    if (options_.dense) {
+      attributes["POSITION"] = writer_.steps<std::int16_t>(target.moved, grid.scale, true);
+      attributes["NORMAL"] = writer_.steps<std::int8_t>(target.turned, 1.0F, false);
+    } else {
+      std::tie(attributes["POSITION"], attributes["NORMAL"]) =
+          writer_.sparse_steps(target.moved, grid.scale, target.turned);
+    }
+    primitive.targets.push_back(std::move(attributes));
   }
 
   void add_target(tinygltf::Primitive& primitive, const std::vector<glm::vec3>& moved,
@@ -202,23 +251,32 @@ class Export {
   }
 
   // Joint 0 is the head, joint 1 the torso. A joint of no weight has index 0, as the format asks.
-  void add_joints(tinygltf::Primitive& primitive) {
+  // The transforms above a skinned mesh do not count, so what undoes the grid stands in the inverse bind matrices.
+  void add_joints(tinygltf::Primitive& primitive, const VertexGrid& grid) {
     std::vector<std::array<std::uint8_t, 4>> joints;
     std::vector<float> weights;
+    std::vector<std::array<std::uint16_t, 4>> shares;
     for (const float share : rig_.head_share()) {
       const bool torso_alone = share <= 0.0F;
       const bool both = share > 0.0F && share < 1.0F;
       joints.push_back({static_cast<std::uint8_t>(torso_alone ? 1 : 0), static_cast<std::uint8_t>(both ? 1 : 0), 0, 0});
       weights.insert(weights.end(), {both ? share : 1.0F, both ? 1.0F - share : 0.0F, 0.0F, 0.0F});
+      constexpr std::uint16_t kWhole = 65535;
+      const auto first = both ? static_cast<std::uint16_t>(share * 65535.0F + 0.5F) : kWhole;
+      shares.push_back({first, static_cast<std::uint16_t>(kWhole - first), 0, 0});
+      // A share that is rounded to nothing names no joint.
+      if (options_.quantize && first == kWhole) joints.back()[1] = 0;
     }
     primitive.attributes["JOINTS_0"] = writer_.joints(joints);
     primitive.attributes["WEIGHTS_0"] =
-        writer_.floats(weights, 4, TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER, false);
+        options_.quantize ? writer_.shares(shares)
+                          : writer_.floats(weights, 4, TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER, false);
 
     std::vector<float> inverse_bind;
     for (const Frame frame : {Frame::head, Frame::torso}) {
-      const glm::vec3 p(-pivot(frame));
-      inverse_bind.insert(inverse_bind.end(), {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, p.x, p.y, p.z, 1});
+      const glm::vec3 p = grid.middle - glm::vec3(pivot(frame));
+      const float s = grid.scale;
+      inverse_bind.insert(inverse_bind.end(), {s, 0, 0, 0, 0, s, 0, 0, 0, 0, s, 0, p.x, p.y, p.z, 1});
     }
     tinygltf::Skin skin;
     skin.name = "neck";
@@ -239,14 +297,14 @@ class Export {
       const glm::dvec3 origin = pivot(rigid.frame);
       for (std::size_t v = 0; v < positions.size(); ++v)
         positions[v] = glm::vec3(glm::dvec3(rigid.positions[v]) - origin);
+      const VertexGrid grid = grid_for(morphed, positions, glm::vec3(origin));
       tinygltf::Primitive shared;
       shared.mode = TINYGLTF_MODE_TRIANGLES;
       bool written = false;
       for (const Primitive& primitive : rigid.primitives) {
         if (primitive.triangles.empty()) continue;
         if (!written) {
-          shared.attributes["POSITION"] = writer_.vectors(positions, true);
-          shared.attributes["NORMAL"] = writer_.vectors(rigid.normals, false);
+          add_vertices(shared, positions, rigid.normals, grid);
           if (morphed != nullptr) add_targets(shared, *morphed);
           written = true;
         }
@@ -259,7 +317,7 @@ class Export {
       mesh.name = mesh_names.unique(rigid.name);
       if (morphed != nullptr) name_targets(mesh, *morphed);
       model_.meshes.push_back(std::move(mesh));
-      const int node = add_node(rigid.name, frame_nodes_[index_of(rigid.frame)], glm::dvec3(0.0));
+      const int node = add_node(rigid.name, frame_nodes_[index_of(rigid.frame)], glm::dvec3(grid.middle), grid.scale);
       model_.nodes[static_cast<std::size_t>(node)].mesh = static_cast<int>(model_.meshes.size()) - 1;
       if (morphed != nullptr) morphed->node = node;
     }
@@ -288,7 +346,7 @@ class Export {
 
   void add_animation(const Clip& clip) {
     tinygltf::Animation animation;
-    animation.name = clip_names_.unique(program_.string(clip.name));
+    animation.name = clip_names_[static_cast<std::size_t>(&clip - program_.clips.data())];
     const std::vector<std::int64_t> breaks = break_times(program_, clip);
     static constexpr std::array<double, 1> kTurnTolerances{kTurnTolerance};
     static constexpr std::array<double, 3> kShiftTolerances{kShiftTolerance, kShiftTolerance, kShiftTolerance};
@@ -301,7 +359,7 @@ class Export {
           fit_keys(breaks, Interpolation::linear, key_tolerances(morphed, options_.max_error_m),
                    [&](std::int64_t t, std::span<float> out) { morphs_->weights_at(morphed, clip, t, out); });
       add_channel(animation, morphed.node, "weights", keys, 1, TINYGLTF_TYPE_SCALAR);
-      if (report_ != nullptr) measure_clip(*morphs_, stage_, clip, morphed, keys, error);
+      if (report_ != nullptr) measure_clip(stage_, clip, morphed, keys, error);
     }
     if (report_ != nullptr) report_->clips.push_back(std::move(error));
     for (std::size_t f = 0; f < kFrameCount; ++f) {
@@ -332,6 +390,7 @@ class Export {
     }
     if (animation.channels.empty()) return;
     animation.extras = tinygltf::Value(tinygltf::Value::Object{
+        {"clip", tinygltf::Value(std::string(program_.string(clip.name)))},
         {"kind", tinygltf::Value(std::string(program::enum_name(clip.kind)))},
         {"start_s", tinygltf::Value(static_cast<double>(clip.start_ns) / 1e9)},
     });
@@ -409,7 +468,7 @@ class Export {
   std::optional<MorphTargets> morphs_;
   std::vector<const Clip*> clips_;
   GltfNames node_names_;
-  GltfNames clip_names_;
+  std::vector<std::string> clip_names_;
   std::array<int, kFrameCount> frame_nodes_{};
   std::array<bool, kFrameCount> turns_{};
   std::array<bool, kFrameCount> shifts_{};

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <map>
 #include <set>
 #include <string>
 
 #include <gtest/gtest.h>
 #include <tiny_gltf.h>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <nms/program/evaluate.h>
@@ -321,6 +324,136 @@ TEST_F(GltfExport, RefusesAClipThatThereIsNot) {
   const auto bytes = export_glb(face_, rig_, image_.program(), {{"nobody"}, false, false});
   ASSERT_FALSE(bytes.has_value());
   EXPECT_EQ(bytes.error().kind, "unknown_clip");
+}
+
+TEST_F(GltfExport, QuantizedVerticesAreTheSameToAStep) {
+  for (const bool dense : {false, true}) {
+    GltfOptions options;
+    options.all_targets = true;
+    options.dense = dense;
+    const auto plain_bytes = export_glb(face_, rig_, image_.program(), options);
+    options.quantize = true;
+    const auto bytes = export_glb(face_, rig_, image_.program(), options);
+    ASSERT_TRUE(bytes.has_value()) << bytes.error().cause;
+    EXPECT_LT(bytes->size(), plain_bytes->size());
+    const tinygltf::Model plain = read_model(*plain_bytes);
+    const tinygltf::Model model = read_model(*bytes);
+    EXPECT_TRUE(plain.extensionsRequired.empty());
+    EXPECT_EQ(model.extensionsRequired, std::vector<std::string>{"KHR_mesh_quantization"});
+    EXPECT_EQ(model.extensionsUsed, model.extensionsRequired);
+    ASSERT_EQ(target_names(model), target_names(plain));
+    for (std::size_t mesh = 0; mesh < model.meshes.size(); ++mesh) {
+      // What a viewer multiplies vertices with: of the skin the inverse bind matrix, else the node's own transform.
+      glm::vec3 shift(0.0F);
+      float scale = 1.0F;
+      if (model.meshes[mesh].name == "skin") {
+        const float* now = floats(model, model.skins[0].inverseBindMatrices);
+        const float* before = floats(plain, plain.skins[0].inverseBindMatrices);
+        scale = now[0];
+        EXPECT_EQ(now[5], scale);
+        EXPECT_EQ(now[10], scale);
+        shift = {now[12] - before[12], now[13] - before[13], now[14] - before[14]};
+        EXPECT_EQ(now[16], scale) << "of the other joint too";
+      } else {
+        const auto found = std::find_if(model.nodes.begin(), model.nodes.end(),
+                                        [&](const tinygltf::Node& n) { return n.mesh == static_cast<int>(mesh); });
+        ASSERT_NE(found, model.nodes.end());
+        const tinygltf::Node& node = *found;
+        ASSERT_EQ(node.scale.size(), 3U) << node.name;
+        scale = static_cast<float>(node.scale[0]);
+        for (int i = 0; i < 3 && !node.translation.empty(); ++i) {
+          shift[i] = static_cast<float>(node.translation[static_cast<std::size_t>(i)]);
+        }
+      }
+      const float step = scale / 32767.0F;
+      EXPECT_LT(step, 1e-5F);
+      const tinygltf::Primitive& now = model.meshes[mesh].primitives[0];
+      const tinygltf::Primitive& before = plain.meshes[mesh].primitives[0];
+      const auto compare = [&](const std::map<std::string, int>& a, const std::map<std::string, int>& b, glm::vec3 by,
+                               float normal_step) {
+        const auto p = vectors(model, a.at("POSITION"));
+        const auto q = vectors(plain, b.at("POSITION"));
+        const auto n = vectors(model, a.at("NORMAL"));
+        const auto o = vectors(plain, b.at("NORMAL"));
+        ASSERT_EQ(p.size(), q.size());
+        for (std::size_t v = 0; v < p.size(); ++v) {
+          const glm::vec3 off = by + scale * p[v] - q[v];
+          ASSERT_LE(std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)}), 0.51F * step + 1e-7F);
+          const glm::vec3 turned = glm::clamp(o[v], -1.0F, 1.0F) - n[v];
+          ASSERT_LE(std::max({std::abs(turned.x), std::abs(turned.y), std::abs(turned.z)}), 0.51F * normal_step);
+        }
+      };
+      compare(now.attributes, before.attributes, shift, 1.0F / 32767.0F);
+      for (std::size_t t = 0; t < now.targets.size(); ++t) {
+        compare(now.targets[t], before.targets[t], glm::vec3(0.0F), 1.0F / 127.0F);
+      }
+    }
+    for (const tinygltf::BufferView& view : model.bufferViews) EXPECT_EQ(view.byteStride % 4, 0U);
+  }
+}
+
+TEST_F(GltfExport, QuantizedSharesSumUpToOne) {
+  GltfOptions options;
+  options.quantize = true;
+  const auto bytes = export_glb(face_, rig_, image_.program(), options);
+  ASSERT_TRUE(bytes.has_value());
+  const tinygltf::Model model = read_model(*bytes);
+  const auto& attributes = model.meshes[0].primitives[0].attributes;
+  const tinygltf::Accessor& a = accessor(model, attributes.at("WEIGHTS_0"));
+  ASSERT_EQ(a.componentType, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT);
+  const unsigned char* data = view_bytes(model, a.bufferView);
+  const unsigned char* joints = view_bytes(model, accessor(model, attributes.at("JOINTS_0")).bufferView);
+  for (std::size_t v = 0; v < a.count; ++v) {
+    std::uint16_t shares[4];
+    std::memcpy(shares, data + 8 * v, 8);
+    EXPECT_EQ(shares[0] + shares[1] + shares[2] + shares[3], 65535);
+    const float head = rig_.head_share()[v];
+    const bool first_is_head = joints[4 * v] == 0;
+    EXPECT_NEAR(static_cast<float>(first_is_head ? shares[0] : shares[1]) / 65535.0F, head, 1e-5F);
+  }
+}
+
+TEST_F(GltfExport, AskedForAnErrorItHoldsItInPlacesAndNormals) {
+  for (const bool quantize : {false, true}) {
+    GltfOptions options = only_default();
+    options.quantize = quantize;
+    GltfReport before;
+    ASSERT_TRUE(export_glb(face_, rig_, image_.program(), options, &before).has_value());
+    options.max_error_m = 0.0002;
+    GltfReport report;
+    ASSERT_TRUE(export_glb(face_, rig_, image_.program(), options, &report).has_value());
+    ASSERT_EQ(report.clips.size(), 1U);
+    constexpr double kThreeDegrees = 3.0 * 3.14159265358979 / 180.0;
+    EXPECT_GT(before.clips[0].largest_m, options.max_error_m) << "there was something to mend";
+    EXPECT_LE(report.clips[0].largest_m, options.max_error_m);
+    EXPECT_LE(report.clips[0].normal_rad, kThreeDegrees);
+    EXPECT_GT(report.corrections.size(), before.corrections.size());
+  }
+}
+
+TEST(GltfNames, AClipIsCalledTheSameWhateverElseIsExported) {
+  const Face face = test_face();
+  const program::Image image = test_program(R"(
+clip "d.x" pose 0s..0s hash 0000000000000001
+  curve AU18
+    0s 1 hold
+
+clip d_x pose 0s..0s hash 0000000000000002
+  curve AU24
+    0s 1 hold
+)");
+  const Rig rig = bind(face, image.program()).value();
+  const auto names = [&](const std::vector<std::string>& clips) {
+    std::vector<std::string> found;
+    const tinygltf::Model model = read_model(export_glb(face, rig, image.program(), {clips, false, false}).value());
+    for (const tinygltf::Animation& a : model.animations) {
+      found.push_back(a.name + " is " + a.extras.Get("clip").Get<std::string>());
+    }
+    return found;
+  };
+  EXPECT_EQ(names({}), (std::vector<std::string>{"d_x_2 is d.x", "d_x is d_x"}));
+  EXPECT_EQ(names({"d.x"}), (std::vector<std::string>{"d_x_2 is d.x"}));
+  EXPECT_EQ(names({"d_x"}), (std::vector<std::string>{"d_x is d_x"}));
 }
 
 TEST(AnimationKeys, DropsWhatTheOthersImply) {

@@ -5,7 +5,7 @@
 
 #include <nms/runtime/rig.h>
 
-#include "gltf_buffer.h"
+#include "gltf_names.h"
 
 namespace nms::runtime {
 
@@ -17,6 +17,8 @@ namespace {
 
 constexpr float kPositionDust = 1e-6F;  // [m]
 constexpr float kNormalDust = 1e-3F;    // of a unit normal, 0.06 degrees
+// A sum of normals that is shorter than this is made so long again.
+constexpr float kShortestNormal = 0.7F;
 // A correction that no clip asks more of than this is left out: 0.1 of the largest sagitta is below 0.3 mm.
 constexpr double kLeastCorrection = 0.1;
 
@@ -257,18 +259,28 @@ void MorphTargets::weights_at(const MorphedMesh& m, const Clip& clip, std::int64
   stage_.evaluate(clip, time_ns);
   straight_weights(m, weights);
   if (!m.basis) return;
-  find_residual(m, weights);
+  find_lacking(m, weights);
   std::vector<double> fitted(m.basis->size());
-  m.basis->fit(field_, fitted);
+  m.basis->fit(lacking_, fitted);
   const std::size_t first = m.targets.size() + m.corrections.size();
   for (std::size_t j = 0; j < fitted.size(); ++j) weights[first + j] = static_cast<float>(fitted[j]);
 }
 
-void MorphTargets::find_residual(const MorphedMesh& m, std::span<const float> weights) {
+void MorphTargets::find_lacking(const MorphedMesh& m, std::span<const float> weights) {
   stage_.pose_values();
-  field_.resize(m.linear.positions.size());
-  m.linear.place(weights, field_);
-  for (std::size_t v = 0; v < field_.size(); ++v) field_[v] = m.posed(stage_.pose)[v] - field_[v];
+  const std::size_t count = m.linear.positions.size();
+  lacking_.resize(2 * count);
+  const std::span<glm::vec3> places(lacking_.data(), count);
+  m.linear.place(weights, places);
+  const float per_m = static_cast<float>(1.0 / m.lack_m);
+  for (std::size_t v = 0; v < count; ++v) places[v] = per_m * (m.posed(stage_.pose)[v] - places[v]);
+  const std::span<glm::vec3> normals(lacking_.data() + count, count);
+  m.linear.turn(weights, normals);
+  for (std::size_t v = 0; v < count; ++v) {
+    const glm::vec3 truth = m.posed_normals(stage_.pose)[v];
+    const float along = normals[v].x * truth.x + normals[v].y * truth.y + normals[v].z * truth.z;
+    normals[v] = (std::clamp(along, kShortestNormal, 1.0F) * truth - normals[v]) / kNormalLack;
+  }
 }
 
 }  // namespace nms::runtime

@@ -12,6 +12,7 @@
 
 #include "clip_stage.h"
 #include "linear_mesh.h"
+#include "vertex_grid.h"
 
 namespace nms::runtime {
 
@@ -43,7 +44,9 @@ struct MorphedMesh {
   std::vector<TurnCorrection> corrections;  ///< after the targets
   std::vector<std::string> residuals;       ///< after the corrections
   LinearMesh linear;                        ///< all of them
-  std::optional<ResidualBasis> basis;
+  std::optional<ResidualBasis> basis;       ///< of the residuals, in units of what may be lacking
+  std::optional<VertexGrid> grid;           ///< what the file rounds to
+  double lack_m = 0.0;                      ///< that unit of positions                              [m]
 
   [[nodiscard]] std::size_t count() const { return targets.size() + corrections.size() + residuals.size(); }
   /// Where the pose keeps it.
@@ -67,11 +70,15 @@ class MorphTargets {
 
   /// Weights of targets and corrections for the values last evaluated; residuals 0.
   void straight_weights(const MorphedMesh& m, std::span<float> weights);
-  /// Weights of everything at a moment. Leaves what targets and corrections lack in field().
+  /// Weights of everything at a moment.
   void weights_at(const MorphedMesh& m, const program::Clip& clip, std::int64_t time_ns, std::span<float> weights);
-  /// What is lacking with these weights at the values last evaluated. The surface is posed.
-  void find_residual(const MorphedMesh& m, std::span<const float> weights);
-  [[nodiscard]] const std::vector<glm::vec3>& field() const { return field_; }
+  /// Poses the surface of the values last evaluated, and says what is lacking there with these weights: V positions,
+  /// then V normals, in units of what may be lacking.
+  ///
+  /// Of a normal that is summed up only the direction counts. It is compared with the true one at about its own
+  /// length; so what is lacking is, to first order, a turn.
+  void find_lacking(const MorphedMesh& m, std::span<const float> weights);
+  [[nodiscard]] const std::vector<glm::vec3>& lacking() const { return lacking_; }
 
  private:
   /// Where the pose's lids and jaw stand, as shares of their whole turn.
@@ -100,8 +107,11 @@ class MorphTargets {
   std::vector<TurnCorrection> corrections_;
   double jaw_turn_ = 0.0;  // the widest hinge of the jaw [rad]
   std::vector<MorphedMesh> meshes_;
-  std::vector<glm::vec3> field_;  // what targets lack, of the mesh last looked at
+  std::vector<glm::vec3> lacking_;
 };
+
+/// The unit of what normals may lack, as a length: 3 degrees of the shortest that counts, and some room for keys.
+inline constexpr float kNormalLack = 0.026F;
 
 /// A target that moves nothing.
 [[nodiscard]] LinearMesh::Target still_target(const MorphedMesh& m);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -29,27 +30,30 @@ class ResidualSearch {
  public:
   ResidualSearch(MorphTargets& morphs, ClipStage& stage, MorphedMesh& m, std::span<const Clip* const> clips,
                  double bound_m)
-      : morphs_(morphs), stage_(stage), m_(m), clips_(clips), bound_m_(bound_m) {}
+      : morphs_(morphs), stage_(stage), m_(m), clips_(clips) {
+    m.lack_m = bound_m;
+    m.basis.emplace(2 * m.linear.positions.size());
+  }
   void run();
 
  private:
   struct Moment {
     const Clip* clip = nullptr;
     std::int64_t time_ns = 0;
-    double error_m = 0.0;
-  };
-  struct Field {
-    Moment moment;
-    std::vector<glm::vec3> lacking;
+    double error = 0.0;  // 1: what may be lacking
   };
 
-  void append(const Moment& moment, std::vector<glm::vec3> lacking, std::size_t at);
+  void append(std::span<const glm::vec3> lacking, std::size_t at);
+  /// What is lacking before residuals.
+  const std::vector<glm::vec3>& lacking_at(const Clip& clip, std::int64_t time_ns);
+  /// What is lacking after them.
+  std::vector<glm::vec3> remaining(std::vector<glm::vec3> lacking);
 
   MorphTargets& morphs_;
   ClipStage& stage_;
   MorphedMesh& m_;
   std::span<const Clip* const> clips_;
-  double bound_m_;
+  std::vector<double> fitted_;
 };
 
 std::string nearest_landmark(const program::Program& program, const glm::vec3& p) {
@@ -65,76 +69,76 @@ std::string nearest_landmark(const program::Program& program, const glm::vec3& p
   return name;
 }
 
+const std::vector<glm::vec3>& ResidualSearch::lacking_at(const Clip& clip, std::int64_t time_ns) {
+  std::vector<float> weights(m_.count());
+  stage_.evaluate(clip, time_ns);
+  morphs_.straight_weights(m_, weights);
+  morphs_.find_lacking(m_, weights);
+  return morphs_.lacking();
+}
+
+std::vector<glm::vec3> ResidualSearch::remaining(std::vector<glm::vec3> lacking) {
+  fitted_.resize(m_.basis->size());
+  m_.basis->fit(lacking, fitted_);
+  m_.basis->subtract(fitted_, lacking);
+  return lacking;
+}
+
 void ResidualSearch::run() {
-  MorphedMesh& m = m_;
-  m.basis.emplace(m.linear.positions.size());
-  std::vector<Field> working;
-  std::vector<double> fitted;
-  const auto remaining = [&](std::vector<glm::vec3> field) {
-    fitted.resize(m.basis->size());
-    m.basis->fit(field, fitted);
-    m.basis->subtract(fitted, field);
-    return field;
-  };
+  std::vector<std::vector<glm::vec3>> working;
   while (true) {
     // Fit what is known, worst first.
-    while (m.basis->size() < kMostResiduals) {
+    while (m_.basis->size() < kMostResiduals) {
       std::size_t worst = 0;
       Largest most;
       for (std::size_t f = 0; f < working.size(); ++f) {
-        const Largest l = largest(remaining(working[f].lacking));
+        const Largest l = largest(remaining(working[f]));
         if (l.length > most.length) {
           most = l;
           worst = f;
         }
       }
-      if (most.length <= bound_m_) break;
-      append(working[worst].moment, remaining(working[worst].lacking), most.index);
+      if (most.length <= 1.0) break;
+      append(remaining(working[worst]), most.index);
     }
-    if (m.basis->size() >= kMostResiduals || working.size() >= kWorkingFields) return;
+    if (m_.basis->size() >= kMostResiduals || working.size() >= kWorkingFields) return;
     // Look for moments that still lack something.
     std::vector<Moment> moments;
     for (const Clip* clip : clips_) {
       visit_moments(stage_.program, *clip, [&](std::int64_t t) {
-        std::vector<float> weights(m.count());
-        stage_.evaluate(*clip, t);
-        morphs_.straight_weights(m, weights);
-        morphs_.find_residual(m, weights);
-        const double error = largest(remaining(morphs_.field())).length;
-        if (error > bound_m_) moments.push_back({clip, t, error});
+        const double error = largest(remaining(lacking_at(*clip, t))).length;
+        if (error > 1.0) moments.push_back({clip, t, error});
       });
     }
     if (moments.empty()) return;
     std::stable_sort(moments.begin(), moments.end(),
-                     [](const Moment& a, const Moment& b) { return a.error_m > b.error_m; });
+                     [](const Moment& a, const Moment& b) { return a.error > b.error; });
     if (moments.size() > kFieldsAtATime) moments.resize(kFieldsAtATime);
-    for (const Moment& moment : moments) {
-      std::vector<float> weights(m.count());
-      stage_.evaluate(*moment.clip, moment.time_ns);
-      morphs_.straight_weights(m, weights);
-      morphs_.find_residual(m, weights);
-      working.push_back({moment, morphs_.field()});
-    }
+    for (const Moment& moment : moments) working.push_back(lacking_at(*moment.clip, moment.time_ns));
   }
 }
 
-void ResidualSearch::append(const Moment& moment, std::vector<glm::vec3> lacking, std::size_t at) {
-  MorphedMesh& m = m_;
-  LinearMesh::Target straight = still_target(m);
-  straight.moved = std::move(lacking);
-  // The normals of that moment, less what the others give.
-  std::vector<float> weights(m.count());
-  morphs_.weights_at(m, *moment.clip, moment.time_ns, weights);
-  m.linear.turn(weights, straight.turned);
-  for (std::size_t v = 0; v < straight.turned.size(); ++v) {
-    const bool still = straight.moved[v] == glm::vec3(0.0F);
-    straight.turned[v] = still ? glm::vec3(0.0F) : m.posed_normals(stage_.pose)[v] - straight.turned[v];
+void ResidualSearch::append(std::span<const glm::vec3> lacking, std::size_t at) {
+  const std::size_t count = m_.linear.positions.size();
+  LinearMesh::Target target = still_target(m_);
+  for (std::size_t v = 0; v < count; ++v) {
+    target.moved[v] = static_cast<float>(m_.lack_m) * lacking[v];
+    target.turned[v] = kNormalLack * lacking[count + v];
   }
-  straight = without_dust(std::move(straight));
-  m.residuals.push_back(
-      fmt::format("fix.{}.{}", nearest_landmark(stage_.program, m.linear.positions[at]), m.residuals.size() + 1));
-  m.basis->add(straight.moved);
-  m.linear.targets.push_back(std::move(straight));
+  target = without_dust(std::move(target));
+  if (m_.grid) {
+    fill_range(*m_.grid, target);
+    put_on(*m_.grid, target);
+  }
+  std::vector<glm::vec3> field(2 * count);
+  for (std::size_t v = 0; v < count; ++v) {
+    field[v] = static_cast<float>(1.0 / m_.lack_m) * target.moved[v];
+    field[count + v] = target.turned[v] / kNormalLack;
+  }
+  const glm::vec3& place = m_.linear.positions[at % count];
+  m_.residuals.push_back(fmt::format("fix.{}.{}", nearest_landmark(stage_.program, place), m_.residuals.size() + 1));
+  m_.basis->add(std::move(field));
+  m_.linear.targets.push_back(std::move(target));
 }
 
 }  // namespace
@@ -150,16 +154,16 @@ std::vector<double> key_tolerances(const MorphedMesh& m, double error_m) {
   tolerance.resize(tolerance.size() + m.corrections.size(), exact ? kExactWeightTolerance : kCorrectionTolerance);
   for (std::size_t j = 0; j < m.residuals.size(); ++j) {
     const double reach = largest(m.basis->field(j)).length;
-    tolerance.push_back(reach > 0.0 ? kKeyShare * error_m / reach : 1.0);
+    tolerance.push_back(reach > 0.0 ? kKeyShare / (kResidualShare * reach) : 1.0);
   }
   return tolerance;
 }
 
-void measure_clip(MorphTargets& morphs, ClipStage& stage, const Clip& clip, const MorphedMesh& m, const Keys& keys,
-                  GltfClipError& error) {
+void measure_clip(ClipStage& stage, const Clip& clip, const MorphedMesh& m, const Keys& keys, GltfClipError& error) {
   const std::size_t count = m.count();
   std::vector<float> weights(count);
-  std::vector<glm::vec3> normals(m.linear.normals.size());
+  std::vector<glm::vec3> misses(m.linear.positions.size());
+  std::vector<glm::vec3> normals(misses.size());
   std::size_t key = 0;
   const auto look = [&](std::int64_t t) {
     const float at = static_cast<float>(static_cast<double>(t - clip.start_ns) / 1e9);
@@ -173,16 +177,27 @@ void measure_clip(MorphTargets& morphs, ClipStage& stage, const Clip& clip, cons
       weights[i] = a + u * (keys.values[next * count + i] - a);
     }
     stage.evaluate(clip, t);
-    morphs.find_residual(m, weights);
-    const Largest most = largest(morphs.field());
+    stage.pose_values();
+    m.linear.place(weights, misses);
+    for (std::size_t v = 0; v < misses.size(); ++v) misses[v] = m.posed(stage.pose)[v] - misses[v];
+    const Largest most = largest(misses);
     ++error.samples;
     m.linear.turn(weights, normals);
+    std::optional<std::size_t> worst;
     for (std::size_t v = 0; v < normals.size(); ++v) {
       const glm::vec3 n = normals[v];
       const double length = std::sqrt(static_cast<double>(n.x * n.x + n.y * n.y + n.z * n.z));
       const glm::vec3 o = m.posed_normals(stage.pose)[v];
       const double c = length > 0.0 ? static_cast<double>(n.x * o.x + n.y * o.y + n.z * o.z) / length : 1.0;
-      error.normal_rad = std::max(error.normal_rad, arc_cosine(std::min(c, 1.0)));
+      const double angle = arc_cosine(std::clamp(c, -1.0, 1.0));
+      if (angle <= error.normal_rad) continue;
+      error.normal_rad = angle;
+      worst = v;
+    }
+    if (worst) {
+      error.normal_time_s = static_cast<double>(at);
+      error.normal_mesh = m.name;
+      error.normal_place = nearest_landmark(stage.program, m.linear.positions[*worst]);
     }
     if (most.length <= error.largest_m) return;
     error.largest_m = most.length;

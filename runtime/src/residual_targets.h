@@ -20,7 +20,7 @@ void add_residual_targets(MorphTargets& morphs, ClipStage& stage, MorphedMesh& m
 [[nodiscard]] std::vector<double> key_tolerances(const MorphedMesh& m, double error_m);
 
 /// The file's keys against the runtime, at every moment: raises `error` to what is found.
-void measure_clip(MorphTargets& morphs, ClipStage& stage, const program::Clip& clip, const MorphedMesh& m,
-                  const Keys& keys, GltfClipError& error);
+void measure_clip(ClipStage& stage, const program::Clip& clip, const MorphedMesh& m, const Keys& keys,
+                  GltfClipError& error);
 
 }  // namespace nms::runtime

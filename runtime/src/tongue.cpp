@@ -38,6 +38,10 @@ constexpr double kThinnest = 0.25;          // of its height at rest
 constexpr double kPassage = 0.05;  // [m]
 // In front of the lips the tongue is as thick as ever within this length.
 constexpr double kSwell = 0.006;  // [m]
+// So near to the arch's axis, as a share of the arch's reach, a place counts as further behind.
+constexpr double kNearAxis = 0.3;
+// What teeth and lips leave open widens by so much of the distance from them.
+constexpr double kWidening = 2.0;
 // How far the lips' line counts in front of the teeth: to the front of the lips.
 constexpr double kLipThickness = 0.016;  // [m]
 
@@ -163,8 +167,8 @@ std::optional<double> bend_spine(const RigTables& t, const RigTables::Spine& spi
 
 // What teeth and lips leave open at a place, in the head.
 struct Opening {
-  double low = -1.0;  // y [m]
-  double high = 1.0;  // y [m]
+  double low = 0.0;   // y [m]
+  double high = 0.0;  // y [m]
 };
 
 class Gate {
@@ -183,9 +187,10 @@ class Gate {
   [[nodiscard]] double in_front(glm::dvec3 p) const { return in_front(t_.walls[0], p); }
 
   static double in_front(const TeethWall& wall, glm::dvec3 p) {
-    const double z = p.z - wall.back_z;
-    if (z <= 0.0) return -wall.largest;
-    return std::sqrt(p.x * p.x + z * z) - wall.radius_at(p.x / (std::abs(p.x) + z), wall.edge_at(0.0));
+    // Near the arch's axis and behind it directions turn fast, and mean little: depth counts there.
+    const double behind = std::min(p.z - wall.back_z - kNearAxis * wall.largest, 0.0);
+    const double z = std::max(p.z - wall.back_z, 1e-6);
+    return behind + std::sqrt(p.x * p.x + z * z) - wall.radius_at(p.x / (std::abs(p.x) + z), wall.edge_at(0.0));
   }
 
   /// At p in the head.
@@ -194,25 +199,37 @@ class Gate {
   /// The lower teeth and lip have gone with the jaw: how far in front of them a place is, the jaw says. [m]
   [[nodiscard]] double in_front_of_lower(glm::dvec3 p) const { return in_front(t_.walls[1], to_jaw(p)); }
 
-  /// The same, as if p were so far in front.
+  /// The same, as if p were so far in front. Before and behind teeth and lips the opening widens, and the lips' line is
+  /// straight between its columns: what passes is led smoothly.
   [[nodiscard]] Opening at(glm::dvec3 p, double front, double front_low) const {
-    Opening open;
     const glm::dvec3 q = to_jaw(p);
-    const auto within = [](double x, double from, double to) { return x > from && x < to; };
-    if (within(front, -kToothThickness * scale_, kBeforeUpper * scale_))
-      open.high = t_.walls[0].edge_at(along(t_.walls[0], p));
-    if (within(front_low, -kToothThickness * scale_, kBeforeLower * scale_)) {
-      open.low = to_head({q.x, t_.walls[1].edge_at(along(t_.walls[1], q)), q.z}).y;
+    Opening open;
+    open.high =
+        t_.walls[0].edge_at(along(t_.walls[0], p)) + widening(front, -kToothThickness * scale_, kBeforeUpper * scale_);
+    open.low = to_head({q.x, t_.walls[1].edge_at(along(t_.walls[1], q)), q.z}).y -
+               widening(front_low, -kToothThickness * scale_, kBeforeLower * scale_);
+    if (const auto lip = between_columns(line_.low, p.x / line_.width)) {
+      open.high = std::min(open.high, *lip + widening(front, 0.0, kLipThickness * scale_));
     }
-    const double column = std::clamp(p.x / line_.width + LipLine::kSide, 0.0, 2.0 * LipLine::kSide - 1.0);
-    const auto c = static_cast<std::size_t>(column);
-    if (within(front, 0.0, kLipThickness * scale_) && line_.low[c] < 1.0) open.high = std::min(open.high, line_.low[c]);
-    if (within(front_low, 0.0, kLipThickness * scale_) && line_.high[c] > -1.0)
-      open.low = std::max(open.low, line_.high[c]);
+    if (const auto lip = between_columns(line_.high, p.x / line_.width)) {
+      open.low = std::max(open.low, *lip - widening(front_low, 0.0, kLipThickness * scale_));
+    }
     return open;
   }
 
  private:
+  static double widening(double x, double from, double to) { return kWidening * std::max({from - x, x - to, 0.0}); }
+
+  /// A lip's edge so many columns from the middle, if it has one there.
+  static std::optional<double> between_columns(const std::array<double, 2 * LipLine::kSide>& edge, double widths) {
+    const double column = std::clamp(widths + LipLine::kSide - 0.5, 0.0, 2.0 * LipLine::kSide - 1.0);
+    const std::size_t c = std::min(static_cast<std::size_t>(column), edge.size() - 2);
+    const auto exists = [](double y) { return y > -1.0 && y < 1.0; };
+    if (!exists(edge[c])) return exists(edge[c + 1]) ? std::optional(edge[c + 1]) : std::nullopt;
+    if (!exists(edge[c + 1])) return edge[c];
+    return edge[c] + (column - static_cast<double>(c)) * (edge[c + 1] - edge[c]);
+  }
+
   static double along(const TeethWall& wall, glm::dvec3 p) {
     const double z = std::max(p.z - wall.back_z, 1e-6);
     return p.x / (std::abs(p.x) + z);

@@ -18,19 +18,25 @@ struct GltfOptions {
   bool all_targets = false;        ///< write targets of every actuated AU, not only of those the clips use
   bool dense = false;              ///< plain accessors for morph targets: larger, for importers without sparse ones
   /// Corrective targets are added until, in every clip, no vertex of a mesh with targets is further than this from
-  /// where the runtime has it. 0: only those named below.  [m]
+  /// where the runtime has it, and no normal turned by more than 3 degrees. 0: only those named below.  [m]
   double max_error_m = 0.0;
+  /// Vertices in whole numbers: KHR_mesh_quantization, which a reader must know. A third of the size.
+  bool quantize = false;
 };
 
 /// How far a clip of the file is from the runtime's own surface: the targets as a viewer adds them up, at the file's
-/// own keys and between them, against pose_face() at the same moment. Movements of whole nodes are not looked at.
+/// own keys and between them, rounded as the file rounds, against pose_face() at the same moment. Movements of whole
+/// nodes are not looked at.
 struct GltfClipError {
   std::string clip;
   double largest_m = 0.0;  ///< [m]
   double time_s = 0.0;     ///< on the file's clock
   std::string mesh;
   std::string place;        ///< the nearest landmark at rest
-  double normal_rad = 0.0;  ///< largest angle between normals where the surface has turned or moved
+  double normal_rad = 0.0;  ///< largest angle between normals
+  double normal_time_s = 0.0;
+  std::string normal_mesh;
+  std::string normal_place;
   std::size_t samples = 0;  ///< moments looked at
 };
 
@@ -48,10 +54,14 @@ struct GltfReport {
 /// Nodes: root -> torso -> head -> {jaw, eye_left, eye_right}, rigid meshes below their frame; metres, +y up, face to
 /// +z. Animations: every target's weight and every moving node's rotation and translation, LINEAR keys set where the
 /// curve bends: at most 0.2 % of an AU and 0.02 degrees off. Times start at 0; `extras.start_s` says where the clip's
-/// own clock stands there. A jump becomes a ramp of 1 ms. What a clip does not speak of is at rest.
+/// own clock stands there. Names are of letters, digits, `_` and `-`, each once; `extras.clip` is the clip's own. A jump becomes a ramp of 1 ms. What a clip does not speak of is at rest.
 ///
 /// With `max_error_m`, `fix.<landmark>.<number>` follow: what the others lack at the worst moments of the clips,
 /// weighed so that the sum of squares is least (matching pursuit).
+///
+/// Quantized, positions are 16-bit steps of a grid about the mesh, 3 um wide for a head with shoulders, and what targets
+/// add to normals 8-bit ones; the grid's place and size stand in the skin's inverse bind matrices and the nodes of
+/// rigid meshes.
 ///
 /// The same input gives the same bytes on every machine.
 ///
