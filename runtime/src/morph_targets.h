@@ -111,7 +111,7 @@ class MorphTargets {
 };
 
 /// The unit of what normals may lack, as a length: 3 degrees of the shortest that counts, and some room for keys.
-inline constexpr float kNormalLack = 0.026F;
+inline constexpr float kNormalLack = 0.021F;
 
 /// A target that moves nothing.
 [[nodiscard]] LinearMesh::Target still_target(const MorphedMesh& m);
