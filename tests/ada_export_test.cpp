@@ -15,7 +15,7 @@ constexpr double kThreeDegrees = 3.0 * 3.14159265358979 / 180.0;
 
 // Lids against gaze and squint, one-sided lips over an open jaw, and the tongue put out and bent at once.
 constexpr const char* kMixtures = R"(
-pose tip = 20% AU111 + 50% AU114
+pose tip = 50% AU114
 
 timeline mixtures 400ms {
   AU43 at 0.05s for 150ms;  AU64 at 0.1s for 150ms
