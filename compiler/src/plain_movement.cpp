@@ -18,6 +18,9 @@ constexpr std::array<ShapeNode, 4> kScaledUnit{
 constexpr std::array<ShapeNode, 5> kNamedStep{
     {{NodeKind::step, 5}, {NodeKind::quantity, 1}, {NodeKind::sum, 3}, {NodeKind::term, 2}, {NodeKind::name, 1}}};
 
+/// Of an expression: many more than any has.
+constexpr std::uint32_t kMostSteps = 1'000;
+
 constexpr int kNone = -1;
 
 /// The value of a digit; of anything else more than 9.
@@ -152,6 +155,7 @@ bool PlainMovements::add_steps(const Declaration& expression) {
   const std::uint32_t end = nodes.next(expression.node.index());
   const std::uint32_t length = behind_docs(nodes, expression.node.index()) + 1;  // its name comes first
   if (length >= end || nodes.kind(length) != NodeKind::quantity) return false;
+  if (end - length > kMostSteps * kNamedStep.size()) return false;
   for (std::uint32_t step = length + 1; step != end; step += kNamedStep.size()) {
     if (!nodes.has_shape(step, kNamedStep)) return false;
     steps_.push_back({step + 1, 0});
@@ -163,8 +167,7 @@ bool PlainMovements::add_steps(const Declaration& expression) {
 
 bool PlainMovements::expression(std::uint32_t number) {
   const Steps steps = block_[number % kBlock];
-  constexpr std::uint32_t kMostSteps = 1'000;
-  if (steps.count == 0 || steps.count > kMostSteps) return false;
+  if (steps.count == 0) return false;
   const lang::Tree& tree = declarations_.movements[number].node.tree();
   double shares = 0.0;
   std::uint32_t amounts = 0;
