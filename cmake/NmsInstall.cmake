@@ -5,6 +5,9 @@ install(TARGETS nms_lang nms_compiler nms_program nms_runtime EXPORT nms-targets
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
         FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(TARGETS nmsc RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+if(TARGET nmsc-fit)
+  install(TARGETS nmsc-fit RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()
 install(DIRECTORY stdlib/ DESTINATION ${CMAKE_INSTALL_DATADIR}/nms/stdlib FILES_MATCHING PATTERN "*.nms" PATTERN "*.x3d")
 # For `nmsc doc`, if scripts/viewer has been run.
 install(FILES build/viewer/viewer.js build/viewer/viewer.LICENSE.txt DESTINATION ${CMAKE_INSTALL_DATADIR}/nms/viewer OPTIONAL)

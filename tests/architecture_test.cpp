@@ -24,6 +24,7 @@ const std::map<std::string, std::set<std::string>> kArrows = {
     {"stdlib", {}},
     {"cli", {"lang", "compiler", "runtime", "program", "picture", "stdlib"}},
     {"tools/fit_face", {"runtime", "program"}},
+    {"tools/fit_muscles", {"lang", "compiler", "runtime", "program", "stdlib"}},
 };
 
 /// A room's own headers go by its last name: tools/fit_face has <nms/fit_face/...>.
