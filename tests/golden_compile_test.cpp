@@ -260,6 +260,18 @@ TEST(GoldenMutate, shares_make_up_the_whole) {
   }
 }
 
+TEST(GoldenMutate, a_file_with_too_many_parts_is_refused) {
+  std::string text = "lexicon l \"L\" { entry e : affect { 1% AU12";
+  for (int i = 0; i < 20'000; ++i) text += " + 0% AU12";
+  text += " } }\ntest \"t\" { play e; expect AU12 >= 0% at 0.2s }\n";
+  GoldenFiles files(kGolden);
+  lang::Diagnostics diagnostics;
+  const auto result = compiler::mutate({std::make_shared<const lang::Source>("made.nms", text)}, files, diagnostics);
+  EXPECT_TRUE(result.removals.empty());
+  ASSERT_EQ(diagnostics.error_count(), 1U) << lang::render_text(diagnostics, false);
+  EXPECT_EQ(diagnostics.all().front().kind, "too_large");
+}
+
 TEST(GoldenMutate, tests_that_fail_as_it_is_are_told_and_nothing_is_tried) {
   const fs::path path = kGolden / "test/fails.nms";
   GoldenFiles files(path.parent_path());

@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include <nms/compiler/diagnostic_kinds.h>
+
 #include "removals.h"
 #include "test_run.h"
 
@@ -64,6 +66,9 @@ struct Players {
   std::vector<std::size_t> tests;
 };
 
+/// Text that all removals together may parse: twenty times what the library takes. Some 20 s.
+constexpr std::uint64_t kMaxBytes = 2'000'000'000;
+
 class Mutation {
  public:
   Mutation(const std::vector<Sources>& roots, lang::SourceProvider& provider, lang::Diagnostics& diagnostics,
@@ -74,6 +79,7 @@ class Mutation {
     for (std::size_t r = 0; r < roots_.size(); ++r) play_all(r);
     if (diagnostics_.error_count() != 0) return {};
     if (!result_.failing.empty()) return std::move(result_);
+    if (too_large()) return {};
     for (const auto& [place, entry] : entries_) take_apart(place, entry);
     return std::move(result_);
   }
@@ -85,6 +91,21 @@ class Mutation {
     std::string lexicon;
     std::vector<Players> players;
   };
+
+  /// Each removal parses its file anew: work grows as the square of a file. Reported once.
+  bool too_large() {
+    std::uint64_t bytes = 0;
+    for (const auto& [place, entry] : entries_) {
+      const NodeRef node(entry.tree.get(), entry.node);
+      bytes += removable_parts(node).size() * std::uint64_t{entry.tree->source().text().size()};
+      if (bytes <= kMaxBytes) continue;
+      diagnostics_.report(entry.tree->source_pointer(), node.child(NodeKind::name).range(),
+                          TooLarge{"what would be read anew, once for each part that is taken out",
+                                   fmt::format("{} GB", kMaxBytes / 1'000'000'000)});
+      return true;
+    }
+    return false;
+  }
 
   /// Runs the tests with everything in place, and notes what each plays.
   void play_all(std::size_t r) {
