@@ -88,6 +88,21 @@ int format(const GlobalOptions& global, const std::vector<std::string>& files, c
 /// Overbar notation of every utterance, or of one clip if `clip` is not empty.
 int gloss(const GlobalOptions& global, const std::string& file, const std::string& clip);
 
+/// What a face lacks, and what that costs it.
+int face_check(const GlobalOptions& global, const std::string& face, bool json);
+
+/// A face with every target and no clip.
+int face_export(const GlobalOptions& global, const std::string& face, const std::string& output);
+
+struct FaceReportOptions {
+  std::string face;
+  std::string lexicon;            ///< empty: none
+  std::string threshold = "1mm";  ///< entries that differ by no more look the same
+  bool json = false;
+};
+/// What a face can show, and which entries of a lexicon look the same on it.
+int face_report(const GlobalOptions& global, const FaceReportOptions& options);
+
 /// @param entries  the entries that the sources declare, in place of what plays
 int list(const GlobalOptions& global, const std::vector<std::string>& files, bool entries);
 

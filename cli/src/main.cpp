@@ -306,6 +306,41 @@ int main(int argc, char** argv) try {
     chosen = [&] { return preview(global, preview_options); };
   });
 
+  std::string face_name;
+  bool face_json = false;
+  CLI::App* face_command = app.add_subcommand("face", "Look at a face, or write it alone");
+  face_command->require_subcommand(1);
+  const auto add_face = [&](CLI::App* command) {
+    command->add_option("FACE", face_name, "Face of the standard library, or a .nms file that declares one")->required();
+  };
+  CLI::App* face_check_command =
+      face_command->add_subcommand("check", "Say what a face lacks: landmarks, parts, and what that costs");
+  add_face(face_check_command);
+  add_format(face_check_command, face_json);
+  face_check_command->callback([&] { chosen = [&] { return face_check(global, face_name, face_json); }; });
+  CLI::App* face_export_command =
+      face_command->add_subcommand("export", "Write the face with every target and no clip, as .glb");
+  add_face(face_export_command);
+  face_export_command->add_option("-o,--output", output, "The .glb to write")->required()->type_name("OUT.glb");
+  face_export_command->callback([&] { chosen = [&] { return face_export(global, face_name, output); }; });
+  FaceReportOptions face_report_options;
+  CLI::App* face_report_command =
+      face_command->add_subcommand("report", "Say what a face can show, how far and where");
+  face_report_command
+      ->add_option("FACE", face_report_options.face, "Face of the standard library, or a .nms file that declares one")
+      ->required();
+  face_report_command
+      ->add_option("--lexicon", face_report_options.lexicon,
+                   "Say too which entries look the same: of the standard library, or of a .nms file")
+      ->type_name("NAME");
+  face_report_command
+      ->add_option("--threshold", face_report_options.threshold,
+                   "Two entries look the same if no vertex is ever further apart")
+      ->type_name("LENGTH")
+      ->capture_default_str();
+  add_format(face_report_command, face_report_options.json);
+  face_report_command->callback([&] { chosen = [&] { return face_report(global, face_report_options); }; });
+
   SampleOptions sample_options;
   CLI::App* sample_command = app.add_subcommand("sample", "Print a clip's action units over time, as CSV");
   sample_command->add_option("FILE", sample_options.file, "A source or a compiled .auc")->required();
