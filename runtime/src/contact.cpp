@@ -252,7 +252,7 @@ void RigParts::make_contacts() {
   }
   // What is past the line between the lips at rest may stay as far past it.
   LipLine line;
-  line.width *= rig.scale;
+  line.width = rig.lip_column = lip_column_width(places);
   std::vector<glm::vec3> single(places.size());
   for (std::size_t v = 0; v < places.size(); ++v) single[v] = glm::vec3(places[v]);
   find_lip_line(rig.lip_vertices, single, line);
@@ -262,6 +262,27 @@ void RigParts::make_contacts() {
     v.slack = std::max(v.upper ? over : -over, 0.0);
   }
   make_eyeballs(places);
+}
+
+// A column must hold vertices of both lips' edges, or the line between them jumps: it is wider than most triangles there.
+double RigParts::lip_column_width(std::span<const glm::dvec3> places) const {
+  constexpr double kOfEdge = 1.5;
+  std::vector<bool> is_lip(places.size(), false);
+  for (const RigTables::LipVertex& v : rig.lip_vertices) is_lip[v.vertex] = true;
+  std::vector<double> edges;
+  for (const Primitive& primitive : face.skin.primitives) {
+    for (std::size_t i = 0; i + 2 < primitive.triangles.size(); i += 3) {
+      const std::uint32_t* t = &primitive.triangles[i];
+      if (!is_lip[t[0]] || !is_lip[t[1]] || !is_lip[t[2]]) continue;
+      for (std::size_t k = 0; k < 3; ++k) edges.push_back(std::abs(places[t[k]].x - places[t[(k + 1) % 3]].x));
+    }
+  }
+  const double usual = LipLine{}.width * rig.scale;
+  if (edges.empty()) return usual;
+  // Two edges of a triangle out of three lead sideways.
+  const auto middle = edges.begin() + static_cast<std::ptrdiff_t>(2 * edges.size() / 3);
+  std::nth_element(edges.begin(), middle, edges.end());
+  return std::max(usual, kOfEdge * *middle);
 }
 
 void RigParts::make_eyeballs(std::span<const glm::dvec3> places) {

@@ -41,6 +41,9 @@ constexpr double kJawOfSkin = 0.90;
 // A lid goes whole as far as the first of these shares of the way to brow or cheek, and not at all from the second.
 constexpr double kLidWhole = 0.16;
 constexpr double kLidLeast = 0.75;
+// On the bridge of the nose lids end: they have nothing at the first of these distances from the midline.
+constexpr double kBridgeLeast = 0.002;  // [m]
+constexpr double kBridgeAll = 0.012;    // [m]
 // Behind the lids.
 constexpr double kLidBackWhole = 0.004;  // [m]
 constexpr double kLidBackLeast = 0.014;  // [m]
@@ -274,8 +277,10 @@ class RegionMaker {
       const auto front = [&](double way) {
         return smooth_fall((near - kLidWhole * way) / ((kLidLeast - kLidWhole) * way));
       };
-      lid_upper[v] = (1.0 - lower_share) * (within[v] ? back : front(above));
-      lid_lower[v] = lower_share * (within[v] ? back : front(below));
+      // No skin is two eyes'.
+      const double own = rise(length(kBridgeLeast), length(kBridgeAll), side == "L" ? places_[v].x : -places_[v].x);
+      lid_upper[v] = own * (1.0 - lower_share) * (within[v] ? back : front(above));
+      lid_lower[v] = own * lower_share * (within[v] ? back : front(below));
     }
     put("lid_upper" + suffix, lid_upper);
     put("lid_lower" + suffix, lid_lower);

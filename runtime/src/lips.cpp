@@ -40,8 +40,15 @@ void RigParts::make_lips() {
   const auto offer = [&](std::uint32_t i, int column) {
     std::uint32_t& low = lowest[static_cast<std::size_t>(column)];
     std::uint32_t& high = highest[static_cast<std::size_t>(column)];
-    if (upper[i] >= kMarginShare && (low == kNoPoint || points[i].y < points[low].y)) low = i;
-    if (lower[i] >= kMarginShare && (high == kNoPoint || points[i].y > points[high].y)) high = i;
+    // Of two that are level the one nearer to the middle, so that columns mirror.
+    const auto nearer = [&](std::uint32_t other) { return std::abs(points[i].x) < std::abs(points[other].x); };
+    const auto level = [&](std::uint32_t other) { return points[i].y == points[other].y; };
+    if (upper[i] >= kMarginShare &&
+        (low == kNoPoint || points[i].y < points[low].y || (level(low) && nearer(low))))
+      low = i;
+    if (lower[i] >= kMarginShare &&
+        (high == kNoPoint || points[i].y > points[high].y || (level(high) && nearer(high))))
+      high = i;
   };
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     const double x = points[i].x;

@@ -77,7 +77,7 @@ Pose make_pose(const Face& face, const Rig& rig) {
   pose.positions.resize(face.skin.surface.rows);
   pose.normals.resize(face.skin.surface.rows);
   pose.lip_overlaps.resize(rig.tables().lip_columns.size());
-  pose.lip_line.width *= rig.tables().scale;
+  pose.lip_line.width = rig.tables().lip_column;
   pose.parts.resize(face.rigid.size());
   pose.part_normals.resize(face.rigid.size());
   for (const RigTables::PartDrive& drive : rig.tables().part_drives) {

@@ -264,13 +264,13 @@ std::optional<Failure> RigParts::read_hinge(std::uint32_t index, const glm::dvec
     rig.hinge_drives.push_back(drive);
     return std::nullopt;
   }
+  const bool moves_skin = *frame == Frame::jaw && muscle.region != program::StringId{};
+  const auto share = moves_skin ? weights(muscle) : tl::expected<std::vector<float>, Failure>();
+  if (!share) return share.error();
   rig.hinge_drives.push_back(drive);
   // Frames lie in the midline but for the eyes, so a hinge's axis does too.
   rig.pivots[index_of(*frame)] = {0.0, axis.y, axis.z};
-  if (*frame != Frame::jaw || muscle.region == program::StringId{}) return std::nullopt;
-  const auto share = weights(muscle);
-  if (!share) return share.error();
-  if (rig.jaw_points.empty()) {
+  if (moves_skin && rig.jaw_points.empty()) {
     for (std::uint32_t i = 0; i < share->size(); ++i) {
       if ((*share)[i] > 0.0F) rig.jaw_points.push_back({i, static_cast<double>((*share)[i])});
     }

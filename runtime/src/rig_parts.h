@@ -64,6 +64,7 @@ struct RigParts {
   std::optional<program::Failure> make_lids();
   void make_lips();
   void make_contacts();
+  double lip_column_width(std::span<const glm::dvec3> places) const;
   void make_eyeballs(std::span<const glm::dvec3> places);
   std::optional<program::Failure> read_axes();
   void make_pivots();

@@ -158,6 +158,7 @@ struct RigTables {
   };
 
   double scale = 1.0;                          ///< of lengths, against the reference face
+  double lip_column = 0.00175;                 ///< width of the columns that hold lips apart            [m]
   std::vector<bool> actuated;                  ///< one for each channel
   std::vector<bool> skin;                      ///< one for each channel
   std::vector<program::Actuation> actuations;  ///< ordered by channel, then muscle
