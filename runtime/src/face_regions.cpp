@@ -41,6 +41,8 @@ constexpr double kJawOfSkin = 0.90;
 // A lid goes whole as far as the first of these shares of the way to brow or cheek, and not at all from the second.
 constexpr double kLidWhole = 0.16;
 constexpr double kLidLeast = 0.75;
+// Of a lid's skin, its edge aside: below what counts as edge (rig_parts.h).
+constexpr double kLidSkin = 0.985;
 // On the bridge of the nose lids end: they have nothing at the first of these distances from the midline.
 constexpr double kBridgeLeast = 0.002;  // [m]
 constexpr double kBridgeAll = 0.012;    // [m]
@@ -279,8 +281,10 @@ class RegionMaker {
       };
       // No skin is two eyes'.
       const double own = rise(length(kBridgeLeast), length(kBridgeAll), side == "L" ? places_[v].x : -places_[v].x);
-      lid_upper[v] = own * (1.0 - lower_share) * (within[v] ? back : front(above));
-      lid_lower[v] = own * lower_share * (within[v] ? back : front(below));
+      // Only the edge's own vertices count whole: where one lid meets the other is told by them.
+      const double whole = near > 0.0 ? kLidSkin : 1.0;
+      lid_upper[v] = whole * own * (1.0 - lower_share) * (within[v] ? back : front(above));
+      lid_lower[v] = whole * own * lower_share * (within[v] ? back : front(below));
     }
     put("lid_upper" + suffix, lid_upper);
     put("lid_lower" + suffix, lid_lower);
