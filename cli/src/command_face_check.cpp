@@ -68,16 +68,35 @@ char side_of(std::string_view name) {
   return name.ends_with("_R") || name.ends_with("_right") ? 'R' : ' ';
 }
 
-/// Whether a gap is there because this landmark is missing.
-bool costs(const std::string& landmark, const runtime::RigGap& gap) {
-  const char side = side_of(landmark);
-  const char gap_side = side_of(gap.name);
-  if (side != ' ' && gap_side != ' ' && side != gap_side) return false;
-  if (!gap.is_region) return base_of(gap.name) == base_of(landmark);
+bool same_side(char a, char b) { return a == ' ' || b == ' ' || a == b; }
+
+/// Whether a region that the face does not have needs this landmark.
+bool region_needs(const runtime::Face& face, std::string_view region, char side, const std::string& landmark) {
+  if (region.empty() || !same_side(side, side_of(landmark))) return false;
+  const char* tail = side == 'L' ? "_left" : side == 'R' ? "_right" : "";
+  if (face.regions.contains(std::string(region) + tail) || face.regions.contains(std::string(region))) return false;
   for (const runtime::RegionNeeds& needs : runtime::region_needs())
-    if (needs.region == base_of(gap.name))
+    if (needs.region == region)
       return std::find(needs.landmarks.begin(), needs.landmarks.end(), base_of(landmark)) != needs.landmarks.end();
   return false;
+}
+
+/// Whether a muscle stands at this landmark, or is held to a region that needs it.
+bool needs(const runtime::Face& face, const program::Program& program, const program::Muscle& muscle,
+           const std::string& landmark) {
+  const char side = muscle.side == program::Side::left ? 'L' : muscle.side == program::Side::right ? 'R' : ' ';
+  for (const program::StringId place : {muscle.attachment, muscle.insertion})
+    if (program.string(place) == base_of(landmark) && same_side(side, side_of(landmark))) return true;
+  return region_needs(face, program.string(muscle.region), side, landmark) ||
+         region_needs(face, program.string(muscle.except), side, landmark) ||
+         (muscle.kind == program::MuscleKind::eyelid && region_needs(face, "lids", side, landmark));
+}
+
+/// Whether a gap is there because this landmark is missing, perhaps among others.
+bool costs(const runtime::Face& face, const program::Program& program, const std::string& landmark,
+           const runtime::RigGap& gap) {
+  if (gap.muscle != program::kNone) return needs(face, program, program.muscles[gap.muscle], landmark);
+  return base_of(gap.name) == base_of(landmark);
 }
 
 /// What each action unit loses with these muscles.
@@ -102,12 +121,12 @@ std::vector<UnitLoss> losses(const program::Program& program, const std::set<std
   return result;
 }
 
-Lack lack_of(const program::Program& program, const std::string& name, std::string_view where,
+Lack lack_of(const runtime::Face& face, const program::Program& program, const std::string& name, std::string_view where,
              const std::vector<runtime::RigGap>& gaps) {
   Lack lack{name, std::string(where), {}, {}};
   std::set<std::uint32_t> lost;
   for (const runtime::RigGap& gap : gaps) {
-    if (!costs(name, gap)) continue;
+    if (!costs(face, program, name, gap)) continue;
     if (gap.muscle == program::kNone) {
       lack.units.push_back({std::string(program.string(program.channels[gap.channel].name)), true, {}});
     } else if (lost.insert(gap.muscle).second) {
@@ -188,15 +207,15 @@ Findings look(const runtime::Face& face, const program::Program& program, const 
       if (landmarks.contains(name))
         ++found.known;
       else
-        found.landmarks.push_back(lack_of(program, name, info.where, gaps));
+        found.landmarks.push_back(lack_of(face, program, name, info.where, gaps));
       if (!info.sided) break;
     }
   }
   // A place that only a face's own muscles ask for is in no list but theirs.
   for (const runtime::RigGap& gap : gaps) {
     const bool told = std::any_of(found.landmarks.begin(), found.landmarks.end(),
-                                  [&](const Lack& l) { return costs(l.name, gap); });
-    if (!told) found.landmarks.push_back(lack_of(program, gap.name, "a place that a muscle asks for", gaps));
+                                  [&](const Lack& l) { return costs(face, program, l.name, gap); });
+    if (!told && !gap.is_region) found.landmarks.push_back(lack_of(face, program, gap.name, "a place that a muscle asks for", gaps));
   }
   found.parts = missing_parts(face, program);
   found.doubts = doubts_of(face, landmarks);

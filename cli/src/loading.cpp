@@ -244,7 +244,7 @@ void warn_of_gaps(const program::Program& program, const std::vector<runtime::Ri
   for (const auto& [missing, names] : users) {
     const auto& [is_region, name] = missing;
     add_failure(diagnostics,
-                {is_region ? "missing_region" : "missing_landmark", face,
+                {"face_incomplete", face,
                  fmt::format("it has no {} {}, so these do nothing: {}", is_region ? "region" : "landmark", name,
                              fmt::join(names, ", ")),
                  is_region ? "give the landmarks about it; nmsc face check says which" : "give the landmark"},
