@@ -14,8 +14,8 @@
 #include "../tests/embedded_library.h"
 #include "../tests/synthetic_head.h"
 
-/// What a head of polygons costs, from 2,500 to 200,000 vertices: reading it, making its regions, binding the muscles, a
-/// frame. Each is told by the vertex too (`per_vertex`), which stays the same where time grows with their number.
+/// What a head of polygons costs, from 2,500 to 200,000 vertices: reading it, making its regions, binding the muscles,
+/// a frame. Each is told by the vertex too (`per_vertex`), which stays the same where time grows with their number.
 namespace {
 
 using namespace nms;
@@ -42,10 +42,10 @@ const Scene& scene(std::int64_t spacing_um) {
   lang::Diagnostics diagnostics;
   compiler::CompileOptions options;
   options.face = "ada";
-  const auto draft = compiler::compile(
-      {std::make_shared<const lang::Source>("bench.nms", "expression e 1s { 100%: 100% AU12 }\n"),
-       library.find("faces/ada.nms", "")},
-      library, diagnostics, options);
+  const auto draft =
+      compiler::compile({std::make_shared<const lang::Source>("bench.nms", "expression e 1s { 100%: 100% AU12 }\n"),
+                         library.find("faces/ada.nms", "")},
+                        library, diagnostics, options);
   program::Image image = std::move(program::Image::from(draft.value()).value());
   test::SyntheticHead head = test::synthetic_head(static_cast<double>(spacing_um) / 1000.0);
   std::string obj = test::obj_text(head.mesh);
@@ -66,8 +66,8 @@ void sizes(benchmark::internal::Benchmark* bench) {
 void say(benchmark::State& state, const Scene& s) {
   const auto vertices = static_cast<double>(s.face.skin.surface.rows);
   state.counters["vertices"] = vertices;
-  state.counters["per_vertex"] = benchmark::Counter(vertices, benchmark::Counter::kIsIterationInvariantRate |
-                                                                  benchmark::Counter::kInvert);
+  state.counters["per_vertex"] =
+      benchmark::Counter(vertices, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
 void read_obj(benchmark::State& state) {

@@ -1,6 +1,6 @@
 // The same muscles on heads of other sizes and shapes: ada's surfaces and a head of polygons that nobody modelled,
-// scaled and warped at random with their landmarks moved along. Each unit must move the same region in the same direction,
-// as far as the head is larger, alike on both sides, on every head.
+// scaled and warped at random with their landmarks moved along. Each unit must move the same region in the same
+// direction, as far as the head is larger, alike on both sides, on every head.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -115,9 +115,10 @@ struct Movement {
 class Head {
  public:
   explicit Head(runtime::Face made)
-      : face_(std::move(made)), rig_(bound(face_)),
-        pose_(runtime::make_pose(face_, rig_)), scale_(runtime::face_scale(runtime::landmarks_of(
-                                                     face_, ada::all_units().image.program()))) {
+      : face_(std::move(made)),
+        rig_(bound(face_)),
+        pose_(runtime::make_pose(face_, rig_)),
+        scale_(runtime::face_scale(runtime::landmarks_of(face_, ada::all_units().image.program()))) {
     runtime::pose_face(face_, rig_, std::vector<float>(rig_.channel_count(), 0.0F), pose_);
     rest_ = pose_.positions;
     // Lips touch at rest: of several vertices at one place the first mirrors the first.
@@ -201,11 +202,13 @@ void compare(Head& head, Head& warped, const Warp& warp, const std::string& what
     EXPECT_GT(ratio, 0.62) << place;
     EXPECT_LT(ratio, 1.6) << place;
     EXPECT_LT(glm::distance(after.centre, warp(before.centre)) * 1e3, kCentreApart_mm * size)
-        << place << fmt::format(": ({:.1f}, {:.1f}, {:.1f}) mm", after.centre.x * 1e3, after.centre.y * 1e3,
-                                after.centre.z * 1e3);
+        << place
+        << fmt::format(": ({:.1f}, {:.1f}, {:.1f}) mm", after.centre.x * 1e3, after.centre.y * 1e3,
+                       after.centre.z * 1e3);
     EXPECT_LT(after.uneven * 1e3, kMirror_mm * std::max(size, 1.0))
-        << place << fmt::format(": ({:.1f}, {:.1f}, {:.1f}) mm", after.uneven_at.x * 1e3, after.uneven_at.y * 1e3,
-                                after.uneven_at.z * 1e3);
+        << place
+        << fmt::format(": ({:.1f}, {:.1f}, {:.1f}) mm", after.uneven_at.x * 1e3, after.uneven_at.y * 1e3,
+                       after.uneven_at.z * 1e3);
     if (glm::length(before.sum) < 0.4 * before.total) continue;  // a movement to all sides
     EXPECT_LT(degrees_between(after.sum, before.sum * warp.scale), kAngle_deg) << place;
   }
@@ -239,7 +242,7 @@ TEST(AnyFace, AHeadOfPolygonsMovesAsAdaDoes) {
   Head head(warped_polygons(Warp{}));
   int compared = 0;
   for (const std::string unit : {"AU1", "AU2", "AU4", "AU5", "AU6", "AU10", "AU12", "AU13", "AU15", "AU16", "AU17",
-                                  "AU20", "AU25", "AU26", "AU27", "AU34", "AU43", "AU18"}) {
+                                 "AU20", "AU25", "AU26", "AU27", "AU34", "AU43", "AU18"}) {
     const std::vector<float> values = ada::values_of(ada::all_units(), {unit});
     const Movement wanted = ada_head.move(values);
     const Movement m = head.move(values);

@@ -91,7 +91,8 @@ class Builder {
     return at->second;
   }
 
-  void quad(runtime::PolygonMesh::Piece& piece, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d, bool mirrored) {
+  void quad(runtime::PolygonMesh::Piece& piece, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d,
+            bool mirrored) {
     // Cut alike on both sides.
     if (mirrored) {
       piece.triangles.push_back({a, b, d});
@@ -178,20 +179,47 @@ class Builder {
       double x, y;
     };
     static constexpr Place kPlaces[] = {
-        {"trichion", 0, 110},         {"forehead_mid", 0, 84},       {"forehead_inner", 16, 90},
-        {"forehead_outer", 43, 90},   {"glabella", 0, 58},           {"brow_inner", 12.5, 59},
-        {"brow_mid", 34, 63.5},       {"brow_outer", 55, 55.5},      {"nasion", 0, 39},
-        {"temple", 66, 46},           {"eye_inner", 18.2, kEyeY},    {"eye_outer", 44.2, kEyeY},
-        {"infraorbital", 30, 19},     {"nasal_bone", 7.5, 28},       {"nose_tip", 0, 0},
-        {"ala", 15, -4},              {"ala_crease", 19, -1},        {"nostril", 6, -11},
-        {"canine_fossa", 23, 3},      {"subnasale", 0, -14},         {"malar", 43, 12},
-        {"zygomatic", 56, 9},         {"zygomatic_minor", 45, 9},    {"tragion", 71, 12},
-        {"cheek_mid", 46, -16},       {"buccinator_origin", 50, -24}, {"risorius_origin", 64, -26},
-        {"masseter", 64, -30},        {"lip_upper_mid", 0, -25},     {"lip_upper_lateral", 17, -28},
-        {"mouth_corner", 25, kMouthY}, {"lip_lower_lateral", 17, -40}, {"lip_lower_mid", 0, -44},
-        {"mentolabial", 0, -53},      {"pogonion", 0, -64},          {"menton", 0, -80},
-        {"chin_lateral", 19, -61},    {"chin_tubercle", 26, -69},    {"jaw_body", 43, -59},
-        {"jaw_angle", 60, -46},       {"cervical", 0, -86},
+        {"trichion", 0, 110},
+        {"forehead_mid", 0, 84},
+        {"forehead_inner", 16, 90},
+        {"forehead_outer", 43, 90},
+        {"glabella", 0, 58},
+        {"brow_inner", 12.5, 59},
+        {"brow_mid", 34, 63.5},
+        {"brow_outer", 55, 55.5},
+        {"nasion", 0, 39},
+        {"temple", 66, 46},
+        {"eye_inner", 18.2, kEyeY},
+        {"eye_outer", 44.2, kEyeY},
+        {"infraorbital", 30, 19},
+        {"nasal_bone", 7.5, 28},
+        {"nose_tip", 0, 0},
+        {"ala", 15, -4},
+        {"ala_crease", 19, -1},
+        {"nostril", 6, -11},
+        {"canine_fossa", 23, 3},
+        {"subnasale", 0, -14},
+        {"malar", 43, 12},
+        {"zygomatic", 56, 9},
+        {"zygomatic_minor", 45, 9},
+        {"tragion", 71, 12},
+        {"cheek_mid", 46, -16},
+        {"buccinator_origin", 50, -24},
+        {"risorius_origin", 64, -26},
+        {"masseter", 64, -30},
+        {"lip_upper_mid", 0, -25},
+        {"lip_upper_lateral", 17, -28},
+        {"mouth_corner", 25, kMouthY},
+        {"lip_lower_lateral", 17, -40},
+        {"lip_lower_mid", 0, -44},
+        {"mentolabial", 0, -53},
+        {"pogonion", 0, -64},
+        {"menton", 0, -80},
+        {"chin_lateral", 19, -61},
+        {"chin_tubercle", 26, -69},
+        {"jaw_body", 43, -59},
+        {"jaw_angle", 60, -46},
+        {"cervical", 0, -86},
     };
     const auto put = [&](const std::string& name, const glm::dvec3& mm) {
       out_.form.landmarks.push_back({name, program::kNone, "", mm * 0.001});

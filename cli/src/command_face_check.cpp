@@ -121,8 +121,8 @@ std::vector<UnitLoss> losses(const program::Program& program, const std::set<std
   return result;
 }
 
-Lack lack_of(const runtime::Face& face, const program::Program& program, const std::string& name, std::string_view where,
-             const std::vector<runtime::RigGap>& gaps) {
+Lack lack_of(const runtime::Face& face, const program::Program& program, const std::string& name,
+             std::string_view where, const std::vector<runtime::RigGap>& gaps) {
   Lack lack{name, std::string(where), {}, {}};
   std::set<std::uint32_t> lost;
   for (const runtime::RigGap& gap : gaps) {
@@ -149,8 +149,10 @@ std::vector<Lack> missing_parts(const runtime::Face& face, const program::Progra
   const auto add = [&](const char* name, const char* where) { lacks.push_back({name, where, {}, {}}); };
   if (!has_part(face, runtime::Frame::eye_left, "")) add("eye_left", "no eyeball turns; lids have no ball to lie on");
   if (!has_part(face, runtime::Frame::eye_right, "")) add("eye_right", "no eyeball turns; lids have no ball to lie on");
-  if (!has_part(face, runtime::Frame::head, "teeth")) add("teeth_upper", "lips may sink in where teeth should hold them");
-  if (!has_part(face, runtime::Frame::jaw, "teeth")) add("teeth_lower", "lips may sink in where teeth should hold them");
+  if (!has_part(face, runtime::Frame::head, "teeth"))
+    add("teeth_upper", "lips may sink in where teeth should hold them");
+  if (!has_part(face, runtime::Frame::jaw, "teeth"))
+    add("teeth_lower", "lips may sink in where teeth should hold them");
   if (!has_part(face, runtime::Frame::jaw, "tongue")) {
     add("tongue", "nothing shows what the tongue does");
     std::set<std::uint32_t> lost;
@@ -164,9 +166,9 @@ std::vector<Lack> missing_parts(const runtime::Face& face, const program::Progra
 
 /// Places that are there and look wrong: off the skin, or on one side far from where the other says.
 std::vector<Doubt> doubts_of(const runtime::Face& face, const runtime::Landmarks& landmarks) {
-  static const std::set<std::string> kInside = {"eye_centre",  "head_pivot",        "torso_pivot", "jaw_hinge",
-                                                "stomion",     "buccinator_origin", "neck_side",   "platysma_clavicle",
-                                                "jaw_angle",   "masseter",          "nostril"};
+  static const std::set<std::string> kInside = {"eye_centre", "head_pivot",        "torso_pivot", "jaw_hinge",
+                                                "stomion",    "buccinator_origin", "neck_side",   "platysma_clavicle",
+                                                "jaw_angle",  "masseter",          "nostril"};
   const runtime::FaceScale scale = runtime::face_scale(landmarks);
   std::vector<Doubt> doubts;
   for (const auto& [name, p] : landmarks) {
@@ -215,7 +217,8 @@ Findings look(const runtime::Face& face, const program::Program& program, const 
   for (const runtime::RigGap& gap : gaps) {
     const bool told = std::any_of(found.landmarks.begin(), found.landmarks.end(),
                                   [&](const Lack& l) { return costs(face, program, l.name, gap); });
-    if (!told && !gap.is_region) found.landmarks.push_back(lack_of(face, program, gap.name, "a place that a muscle asks for", gaps));
+    if (!told && !gap.is_region)
+      found.landmarks.push_back(lack_of(face, program, gap.name, "a place that a muscle asks for", gaps));
   }
   found.parts = missing_parts(face, program);
   found.doubts = doubts_of(face, landmarks);

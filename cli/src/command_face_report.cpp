@@ -32,16 +32,16 @@ struct Report {
 };
 
 std::string text_of(const Report& report) {
-  std::string out = fmt::format("{:<8} {:>7}  {:>18}  {:>5}  {:<22} {}\n", "unit", "mm", "x y z", "moves", "at", "name");
+  std::string out =
+      fmt::format("{:<8} {:>7}  {:>18}  {:>5}  {:<22} {}\n", "unit", "mm", "x y z", "moves", "at", "name");
   for (const ChannelMovement& m : report.units)
-    out += fmt::format("{:<8} {:>7.1f}  {:>5.2f} {:>5.2f} {:>5.2f}   {:>4.0f}%  {:<22} {}\n", m.unit,
-                       m.largest_m * 1e3, m.direction.x, m.direction.y, m.direction.z, 100.0 * m.share, m.place,
-                       m.title);
+    out += fmt::format("{:<8} {:>7.1f}  {:>5.2f} {:>5.2f} {:>5.2f}   {:>4.0f}%  {:<22} {}\n", m.unit, m.largest_m * 1e3,
+                       m.direction.x, m.direction.y, m.direction.z, 100.0 * m.share, m.place, m.title);
   if (!report.unshown.empty()) out += fmt::format("not shown: {}\n", fmt::join(report.unshown, ", "));
   if (report.lexicon.empty()) return out;
-  out += fmt::format("{}: {} entries, {} pair{} no vertex of which is further apart than {:.3g} mm\n", report.lexicon,
-                     report.entries, report.pairs.size(), report.pairs.size() == 1 ? "" : "s",
-                     report.threshold_m * 1e3);
+  out +=
+      fmt::format("{}: {} entries, {} pair{} no vertex of which is further apart than {:.3g} mm\n", report.lexicon,
+                  report.entries, report.pairs.size(), report.pairs.size() == 1 ? "" : "s", report.threshold_m * 1e3);
   for (const Lookalikes& p : report.pairs)
     out += fmt::format("  {} looks like {}: {:.2f} mm\n", p.first, p.second, p.largest_m * 1e3);
   return out;

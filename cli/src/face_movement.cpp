@@ -79,7 +79,10 @@ class Frames {
 }  // namespace
 
 FaceVertices::FaceVertices(const runtime::Face& face, const runtime::Rig& rig)
-    : face_(face), rig_(rig), pose_(runtime::make_pose(face, rig)), normals_(face.skin.surface.rows),
+    : face_(face),
+      rig_(rig),
+      pose_(runtime::make_pose(face, rig)),
+      normals_(face.skin.surface.rows),
       size_(face.skin.surface.rows) {
   for (const runtime::RigidMesh& part : face.rigid) size_ += part.positions.size();
 }
@@ -183,8 +186,8 @@ std::vector<Lookalikes> lookalikes(const program::Program& program, std::span<co
         for (std::size_t v = 0; v < one.size(); ++v) largest = std::max(largest, distance(one[v], other[v]));
       }
       if (largest <= threshold_m)
-        pairs.push_back({std::string(program.string(clips[a]->name)), std::string(program.string(clips[b]->name)),
-                         largest});
+        pairs.push_back(
+            {std::string(program.string(clips[a]->name)), std::string(program.string(clips[b]->name)), largest});
     }
   }
   return pairs;

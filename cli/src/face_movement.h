@@ -16,12 +16,12 @@ namespace nms::cli {
 
 /// What a channel does to a face at its full value.
 struct ChannelMovement {
-  std::string unit;     ///< "AU12L"; of an axis one of its two units
-  std::string title;    ///< "Lip Corner Puller"
+  std::string unit;   ///< "AU12L"; of an axis one of its two units
+  std::string title;  ///< "Lip Corner Puller"
   double largest_m = 0.0;
   glm::dvec3 direction{0.0};  ///< of the largest, unit length
-  std::string place;    ///< the landmark nearest to where it is
-  double share = 0.0;   ///< of all vertices that move by more than a fifth of the largest [0, 1]
+  std::string place;          ///< the landmark nearest to where it is
+  double share = 0.0;         ///< of all vertices that move by more than a fifth of the largest [0, 1]
 };
 
 /// Every vertex of a face, skin and rigid parts, all in place, one after the other.

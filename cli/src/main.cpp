@@ -311,7 +311,8 @@ int main(int argc, char** argv) try {
   CLI::App* face_command = app.add_subcommand("face", "Look at a face, or write it alone");
   face_command->require_subcommand(1);
   const auto add_face = [&](CLI::App* command) {
-    command->add_option("FACE", face_name, "Face of the standard library, or a .nms file that declares one")->required();
+    command->add_option("FACE", face_name, "Face of the standard library, or a .nms file that declares one")
+        ->required();
   };
   CLI::App* face_check_command =
       face_command->add_subcommand("check", "Say what a face lacks: landmarks, parts, and what that costs");
@@ -324,8 +325,7 @@ int main(int argc, char** argv) try {
   face_export_command->add_option("-o,--output", output, "The .glb to write")->required()->type_name("OUT.glb");
   face_export_command->callback([&] { chosen = [&] { return face_export(global, face_name, output); }; });
   FaceReportOptions face_report_options;
-  CLI::App* face_report_command =
-      face_command->add_subcommand("report", "Say what a face can show, how far and where");
+  CLI::App* face_report_command = face_command->add_subcommand("report", "Say what a face can show, how far and where");
   face_report_command
       ->add_option("FACE", face_report_options.face, "Face of the standard library, or a .nms file that declares one")
       ->required();

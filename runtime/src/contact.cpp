@@ -264,7 +264,8 @@ void RigParts::make_contacts() {
   make_eyeballs(places);
 }
 
-// A column must hold vertices of both lips' edges, or the line between them jumps: it is wider than most triangles there.
+// A column must hold vertices of both lips' edges, or the line between them jumps: it is wider than most triangles
+// there.
 double RigParts::lip_column_width(std::span<const glm::dvec3> places) const {
   constexpr double kOfEdge = 1.5;
   std::vector<bool> is_lip(places.size(), false);

@@ -40,7 +40,8 @@ std::string kind(std::string_view bytes, std::string_view name, const FaceForm& 
 constexpr const char* kQuad = "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\n";
 
 TEST(ObjRead, GroupsObjectsAndMaterialsNameTheirTriangles) {
-  const auto mesh = read_obj(std::string(kQuad) + "o head\ng a b\nusemtl my skin\nf 1 2 3\ng c\nf 1/2 3//4 4/5/6\n", "q.obj");
+  const auto mesh =
+      read_obj(std::string(kQuad) + "o head\ng a b\nusemtl my skin\nf 1 2 3\ng c\nf 1/2 3//4 4/5/6\n", "q.obj");
   ASSERT_TRUE(mesh) << mesh.error().cause;
   ASSERT_EQ(mesh->pieces.size(), 2U);
   EXPECT_EQ(mesh->pieces[0].names, (std::vector<std::string>{"a", "b", "head", "my skin"}));
@@ -288,13 +289,15 @@ TEST(NurbsFace, PartsAndPlacesOnSurfaces) {
 // Files as they are found, of other programs. NMS_FACES names their folder.
 TEST(NurbsFace, FilesFromTheWildAreRead) {
   const char* given = std::getenv("NMS_FACES");
-  const fs::path folder =
-      given != nullptr ? fs::path(given) : fs::path(NMS_SOURCE_DIR) / "../shared/data/faces";
+  const fs::path folder = given != nullptr ? fs::path(given) : fs::path(NMS_SOURCE_DIR) / "../shared/data/faces";
   if (!fs::is_directory(folder / "nurbs")) GTEST_SKIP() << "no faces at " << folder << ": set NMS_FACES";
-  const std::pair<const char*, std::size_t> kFiles[] = {
-      {"FourDucks.x3dv", 2000},           {"MobiusNurbs.x3dv", 500},  {"NurbsPatch.x3dv", 10},
-      {"NurbsPatchSurfaceExample.x3dv", 20}, {"NurbsPrimitives.x3d", 100}, {"NurbsSphere.x3d", 40},
-      {"NurbsSurfaceInterpolator.x3d", 20}};
+  const std::pair<const char*, std::size_t> kFiles[] = {{"FourDucks.x3dv", 2000},
+                                                        {"MobiusNurbs.x3dv", 500},
+                                                        {"NurbsPatch.x3dv", 10},
+                                                        {"NurbsPatchSurfaceExample.x3dv", 20},
+                                                        {"NurbsPrimitives.x3d", 100},
+                                                        {"NurbsSphere.x3d", 40},
+                                                        {"NurbsSurfaceInterpolator.x3d", 20}};
   for (const auto& [name, least] : kFiles) {
     const auto face = read_face(read_file(folder / "nurbs" / name), name, {});
     ASSERT_TRUE(face) << name << ": " << face.error().cause;
@@ -387,8 +390,9 @@ TEST(GltfMeshRead, HostileFilesAreRefused) {
   EXPECT_EQ(kind(file(good, node), "x.gltf"), "none");
   EXPECT_EQ(kind(file(R"({"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"})", node), "x.gltf"),
             "face_bad_index");
-  EXPECT_EQ(kind(file(R"({"bufferView":0,"byteOffset":4,"componentType":5126,"count":3,"type":"VEC3"})", node), "x.gltf"),
-            "face_bad_index");
+  EXPECT_EQ(
+      kind(file(R"({"bufferView":0,"byteOffset":4,"componentType":5126,"count":3,"type":"VEC3"})", node), "x.gltf"),
+      "face_bad_index");
   EXPECT_EQ(kind(file(R"({"bufferView":0,"componentType":5126,"count":3,"type":"VEC2"})", node), "x.gltf"),
             "face_bad_index");
   EXPECT_EQ(kind(file(R"({"bufferView":9,"componentType":5126,"count":3,"type":"VEC3"})", node), "x.gltf"),

@@ -43,11 +43,9 @@ void RigParts::make_lips() {
     // Of two that are level the one nearer to the middle, so that columns mirror.
     const auto nearer = [&](std::uint32_t other) { return std::abs(points[i].x) < std::abs(points[other].x); };
     const auto level = [&](std::uint32_t other) { return points[i].y == points[other].y; };
-    if (upper[i] >= kMarginShare &&
-        (low == kNoPoint || points[i].y < points[low].y || (level(low) && nearer(low))))
+    if (upper[i] >= kMarginShare && (low == kNoPoint || points[i].y < points[low].y || (level(low) && nearer(low))))
       low = i;
-    if (lower[i] >= kMarginShare &&
-        (high == kNoPoint || points[i].y > points[high].y || (level(high) && nearer(high))))
+    if (lower[i] >= kMarginShare && (high == kNoPoint || points[i].y > points[high].y || (level(high) && nearer(high))))
       high = i;
   };
   for (std::uint32_t i = 0; i < points.size(); ++i) {

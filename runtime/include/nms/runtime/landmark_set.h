@@ -10,8 +10,8 @@ namespace nms::runtime {
 /// One of the places that the standard library's muscles are placed by. docs/for-faces.md shows the same list.
 struct LandmarkInfo {
   std::string_view name;
-  bool sided = false;     ///< on a face: "NAME_L" and "NAME_R"
-  std::string_view where; ///< how to find it
+  bool sided = false;      ///< on a face: "NAME_L" and "NAME_R"
+  std::string_view where;  ///< how to find it
 };
 
 /// All of them, from the forehead down. A face need not have all: what a missing one costs, `nmsc face check` says.
@@ -19,7 +19,7 @@ struct LandmarkInfo {
 
 /// What add_regions() needs to make a region.
 struct RegionNeeds {
-  std::string_view region;  ///< without "_left" or "_right"
+  std::string_view region;                  ///< without "_left" or "_right"
   std::vector<std::string_view> landmarks;  ///< without "_L" or "_R"
 };
 
