@@ -502,6 +502,20 @@ holds "build --quantize makes it much smaller" test "$(stat -c %s small.glb)" -l
 expect 1 "build --max-error without a unit" "$nmsc" build good.nms --clip smile --max-error 0.1 -o exact2.glb
 says "build --max-error without a unit" "bad_length"
 
+# ---- A person's own face
+printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' >scan.obj
+printf '{"nasion": [0, 1, 2]}' >marks.json
+printf '{"nasion": [0, 1]}' >flat.json
+expect 1 "face fit with one landmark" "$nmsc" face fit scan.obj --landmarks marks.json -o me.nms
+says "face fit with one landmark" "fit_few_landmarks"
+expect 1 "face fit with a place of two numbers" "$nmsc" face fit scan.obj --landmarks flat.json -o me.nms
+says "face fit with a place of two numbers" "bad_landmarks"
+expect 1 "face fit without a scan" "$nmsc" face fit nowhere.obj --landmarks marks.json -o me.nms
+expect 1 "face fit to a name that is none" "$nmsc" face fit scan.obj --landmarks marks.json -o a-b.nms
+says "face fit to a name that is none" "bad_name"
+expect 1 "face fit in seconds" "$nmsc" face fit scan.obj --landmarks marks.json --unit 1s -o me.nms
+holds "fits that fail write nothing" test ! -e me.nms -a ! -e me.x3d -a ! -e a-b.nms
+
 # ---- Pictures of the face
 tiny=(--size 24x30 -o sheet.png)
 expect 0 "preview" "$nmsc" preview good.nms --clip smile --at 0,1s --view front,side "${tiny[@]}"

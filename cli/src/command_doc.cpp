@@ -1,6 +1,6 @@
 // `nmsc doc`: a lexicon as pages to look at.
 #include <algorithm>
-#include <atomic>
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -141,8 +141,6 @@ SiteLexicon site_lexicon(const LoadedLexicon& loaded, const TestsByEntry& tests)
   return out;
 }
 
-using Picture = tl::expected<std::vector<std::byte>, program::Failure>;
-
 /// A picture of the moment at which an entry shows most.
 class Photographer {
  public:
@@ -152,13 +150,15 @@ class Photographer {
     camera_ = head_camera(face_, rig_, pose_, static_cast<double>(kPictureWidth) / kPictureHeight);
   }
 
-  [[nodiscard]] Picture take(const program::Program& program, const program::Clip& clip) {
+  [[nodiscard]] tl::expected<std::vector<std::byte>, program::Failure> take(const program::Program& program,
+                                                                            const program::Clip& clip) {
     std::vector<float> values(program.channels.size());
     program::Player player(program, clip);
     player.advance(telling_time(program, clip), values);
     runtime::pose_face(face_, rig_, values, pose_);
+    const int threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 64U));
     const auto images = picture::render(face_meshes(face_, rig_, pose_), {camera_},
-                                        {kPictureWidth, kPictureHeight, 1, kSkyRays, kKeyRays});
+                                        {kPictureWidth, kPictureHeight, threads, kSkyRays, kKeyRays});
     if (!images)
       return tl::unexpected(program::Failure{"no_picture", std::string(program.string(clip.name)), images.error().cause,
                                              "give another face"});
@@ -171,26 +171,6 @@ class Photographer {
   runtime::Pose pose_;
   picture::Camera camera_;
 };
-
-/// A picture of each entry, in their order: most of the work, and so side by side.
-std::vector<Picture> take_pictures(const SiteLexicon& lexicon, const runtime::Face& face, const runtime::Rig& rig) {
-  std::vector<Picture> pictures(lexicon.entries.size());
-  Progress progress(pictures.size());
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    Photographer photographer(face, rig);
-    for (std::size_t i = next++; i < pictures.size(); i = next++) {
-      pictures[i] = photographer.take(*lexicon.program, *lexicon.entries[i].clip);
-      progress.done(lexicon.entries[i].record->name);
-    }
-  };
-  std::vector<std::thread> others;
-  for (unsigned t = 1; t < std::max(1U, std::thread::hardware_concurrency()); ++t) others.emplace_back(work);
-  work();
-  for (std::thread& t : others) t.join();
-  progress.end();
-  return pictures;
-}
 
 /// The pages, plots and pictures of one lexicon, and its face.
 void write_lexicon(const SiteLexicon& lexicon, const std::string& face_name, SourceFiles& sources, Writer& writer,
@@ -209,17 +189,21 @@ void write_lexicon(const SiteLexicon& lexicon, const std::string& face_name, Sou
     return;
   }
   writer.write(folder / "face.js", "window.nmsFace = \"" + base64(*glb) + "\";\n");
-  const std::vector<Picture> pictures = take_pictures(lexicon, *face, *rig);
+  Photographer photographer(*face, *rig);
+  Progress progress(lexicon.entries.size());
   for (std::size_t i = 0; i < lexicon.entries.size() && !writer.failed(); ++i) {
     const SiteEntry& e = lexicon.entries[i];
-    if (!pictures[i]) {
-      add_failure(diagnostics, pictures[i].error());
+    const auto picture = photographer.take(program, *e.clip);
+    if (!picture) {
+      add_failure(diagnostics, picture.error());
       break;
     }
-    writer.write(folder / (e.record->name + ".png"), *pictures[i]);
+    writer.write(folder / (e.record->name + ".png"), *picture);
     writer.write(folder / (e.record->name + ".svg"), plot_svg(program, *e.clip, kPlotWidth));
     writer.write(folder / (e.record->name + ".html"), entry_page(lexicon, i, face_name));
+    progress.done(e.record->name);
   }
+  progress.end();
 }
 
 void run(const GlobalOptions& global, const DocOptions& options, SourceFiles& sources, lang::Diagnostics& diagnostics) {

@@ -39,6 +39,15 @@ struct BuildOptions {
 int build(const GlobalOptions& global, const BuildOptions& options);
 int build_lexicon(const GlobalOptions& global, const BuildOptions& options);
 
+struct FaceFitOptions {
+  std::string scan;
+  std::string landmarks;  ///< a JSON file
+  std::string face = "ada";
+  std::string unit = "1mm";  ///< of the scan and the landmarks
+  std::string output;        ///< a .nms; its .x3d stands beside it
+};
+int face_fit(const GlobalOptions& global, const FaceFitOptions& options);
+
 int check(const GlobalOptions& global, const std::vector<std::string>& files);
 
 /// @param face  the face whose rig description goes into the program; empty: none

@@ -308,7 +308,7 @@ int main(int argc, char** argv) try {
 
   std::string face_name;
   bool face_json = false;
-  CLI::App* face_command = app.add_subcommand("face", "Look at a face, or write it alone");
+  CLI::App* face_command = app.add_subcommand("face", "Look at a face, write it alone, or make one of a scan");
   face_command->require_subcommand(1);
   const auto add_face = [&](CLI::App* command) {
     command->add_option("FACE", face_name, "Face of the standard library, or a .nms file that declares one")
@@ -340,6 +340,20 @@ int main(int argc, char** argv) try {
       ->capture_default_str();
   add_format(face_report_command, face_report_options.json);
   face_report_command->callback([&] { chosen = [&] { return face_report(global, face_report_options); }; });
+
+  FaceFitOptions fit_options;
+  CLI::App* fit_command = face_command->add_subcommand("fit", "Lay a face's surfaces onto the scan of a person");
+  fit_command->add_option("SCAN", fit_options.scan, "The scan, as OBJ")->required();
+  fit_command->add_option("--landmarks", fit_options.landmarks, "Places on the scan by the face's names, as JSON")
+      ->required()
+      ->type_name("JSON");
+  fit_command->add_option("--face", fit_options.face, "Face whose surfaces and muscles are taken")
+      ->capture_default_str();
+  fit_command->add_option("--unit", fit_options.unit, "What one unit of the scan is")->capture_default_str();
+  fit_command->add_option("-o,--output", fit_options.output, "The .nms to write; its .x3d goes beside it")
+      ->required()
+      ->type_name("ME.nms");
+  fit_command->callback([&] { chosen = [&] { return face_fit(global, fit_options); }; });
 
   SampleOptions sample_options;
   CLI::App* sample_command = app.add_subcommand("sample", "Print a clip's action units over time, as CSV");

@@ -1,0 +1,145 @@
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <nms/lang/quantity.h>
+#include <nms/runtime/face_fit.h>
+#include <nms/runtime/face_x3d.h>
+#include <nms/runtime/polygon_mesh.h>
+
+#include "commands.h"
+#include "loading.h"
+#include "output_file.h"
+#include "report.h"
+
+namespace nms::cli {
+namespace {
+
+/// {"nasion": [0, 39, 106.9], ...}, in units of the scan.
+std::optional<runtime::Places> read_marks(const std::string& path, double unit_m, lang::Diagnostics& diagnostics) {
+  const auto text = read_file(path);
+  if (!text) {
+    add_failure(diagnostics, text.error());
+    return std::nullopt;
+  }
+  const auto wrong = [&](std::string cause) {
+    add_failure(diagnostics, {"bad_landmarks", path, std::move(cause), R"(write {"nasion": [0, 39, 106.9], ...})"});
+    return std::nullopt;
+  };
+  const auto json = nlohmann::json::parse(*text, nullptr, false);
+  if (!json.is_object()) return wrong("it holds no JSON object");
+  runtime::Places marks;
+  for (const auto& [name, place] : json.items()) {
+    const bool three = place.is_array() && place.size() == 3 &&
+                       std::all_of(place.begin(), place.end(), [](const auto& c) { return c.is_number(); });
+    if (!three) return wrong(fmt::format("'{}' is not a place of three numbers", name));
+    marks[name] = unit_m * glm::dvec3(place[0].get<double>(), place[1].get<double>(), place[2].get<double>());
+  }
+  return marks;
+}
+
+/// A name that the language takes, of the file's own.
+std::optional<std::string> face_name(const std::string& output) {
+  const std::string stem = std::filesystem::path(output).stem().string();
+  const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
+  const bool plain = !stem.empty() && letter(stem.front()) &&
+                     std::all_of(stem.begin(), stem.end(), [&](char c) { return letter(c) || (c >= '0' && c <= '9'); });
+  if (!plain || !output.ends_with(".nms")) return std::nullopt;
+  return stem;
+}
+
+std::string millimetres(double metres) {
+  std::string text = fmt::format("{:.2f}", 1000.0 * metres);
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.ends_with('.')) text.pop_back();
+  return (text == "-0" ? "0" : text) + "mm";
+}
+
+/// The face as the language declares it; sided places are given for the left.
+std::string declaration(const std::string& name, const std::string& base, const runtime::Places& landmarks) {
+  std::string text =
+      fmt::format("// The surfaces of `{}`, laid onto a scan by nmsc face fit.\nface {} {{\n  surface \"{}.x3d\"\n\n",
+                  base, name, name);
+  for (const auto& [mark, place] : landmarks) {
+    if (mark.ends_with("_R")) continue;
+    const bool sided = mark.ends_with("_L");
+    text += fmt::format("  landmark {}{} ({}, {}, {})\n", sided ? mark.substr(0, mark.size() - 2) : mark,
+                        sided ? " sides" : "", millimetres(place.x), millimetres(place.y), millimetres(place.z));
+  }
+  return text + "}\n";
+}
+
+bool write_text(const std::string& path, const std::string& text, lang::Diagnostics& diagnostics) {
+  const auto failure = write_file(path, std::as_bytes(std::span(text.data(), text.size())));
+  if (failure) add_failure(diagnostics, *failure);
+  return !failure;
+}
+
+void run(const GlobalOptions& global, const FaceFitOptions& options, SourceFiles& sources,
+         lang::Diagnostics& diagnostics) {
+  const auto unit = lang::read_quantity(options.unit);
+  if (!unit || unit->unit != lang::Unit::length || unit->value <= 0.0) {
+    add_failure(diagnostics, {"bad_length", "--unit", fmt::format("\"{}\" is not a length", options.unit),
+                              "write what one unit of the scan is: 1mm, 1cm, 1000mm"});
+    return;
+  }
+  const double unit_m = unit->value / 1000.0;
+  const auto name = face_name(options.output);
+  if (!name) {
+    add_failure(diagnostics, {"bad_name", options.output, "a face cannot be called so",
+                              "name the file as the face: letters, digits and _, with .nms at its end"});
+    return;
+  }
+  const auto image = load_program(global, {}, options.face, sources, diagnostics);
+  if (!image) return;
+  const program::Program& program = image->program();
+  const auto surface = face_surface(program, options.face, sources, diagnostics);
+  if (!surface) return;
+  runtime::Places landmarks;
+  for (const program::Landmark& mark : program.landmarks) {
+    landmarks[std::string(program.string(mark.name))] = {mark.position[0], mark.position[1], mark.position[2]};
+  }
+  const auto marks = read_marks(options.landmarks, unit_m, diagnostics);
+  if (!marks) return;
+  const auto text = read_file(options.scan);
+  if (!text) {
+    add_failure(diagnostics, text.error());
+    return;
+  }
+  const auto scan = runtime::read_obj(*text, options.scan);
+  if (!scan) {
+    add_failure(diagnostics, scan.error());
+    return;
+  }
+  const auto fitted = runtime::fit_face(surface->text(), surface->path(), landmarks, *scan, unit_m, *marks);
+  if (!fitted) {
+    add_failure(diagnostics, fitted.error());
+    return;
+  }
+  const std::string x3d = std::filesystem::path(options.output).replace_extension(".x3d").string();
+  if (!write_text(x3d, runtime::write_face_x3d(fitted->file), diagnostics)) return;
+  if (!write_text(options.output, declaration(*name, options.face, fitted->landmarks), diagnostics)) return;
+  fmt::print(stderr,
+             "{}: {} on {} by {} landmarks: {:.2f} mm from it in the mean, 95 % within {:.2f} mm ({:.2f} mm by "
+             "landmarks alone)\n",
+             options.output, options.face, options.scan, fitted->landmarks_used, 1000.0 * fitted->mean_m,
+             1000.0 * fitted->p95_m, 1000.0 * fitted->before_mean_m);
+}
+
+}  // namespace
+
+int face_fit(const GlobalOptions& global, const FaceFitOptions& options) {
+  SourceFiles sources(global.stdlib);
+  lang::Diagnostics diagnostics;
+  run(global, options, sources, diagnostics);
+  return finish(global, diagnostics);
+}
+
+}  // namespace nms::cli
