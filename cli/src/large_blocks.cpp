@@ -6,7 +6,16 @@
 #include <cstdlib>
 #include <new>
 
-#if defined(__linux__)
+// AddressSanitizer has an operator new of its own, which finds more.
+#if defined(__SANITIZE_ADDRESS__)
+#define NMS_SANITIZED 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define NMS_SANITIZED 1
+#endif
+#endif
+
+#if defined(__linux__) && !defined(NMS_SANITIZED)
 
 #include <sys/mman.h>
 
