@@ -242,6 +242,20 @@ TEST(VrmlRead, AllThreeSpellingsAreOneFace) {
   }
 }
 
+TEST(VrmlRead, UnitsOfLengthAndAngleCount) {
+  const std::string patch =
+      "Transform { rotation 0 0 1 90 children Shape { geometry NurbsPatchSurface { uDimension 2 vDimension 2 uOrder 2 "
+      "vOrder 2 controlPoint Coordinate { point [ 0 0 0 10 0 0 0 10 0 10 10 0 ] } } } }";
+  const auto face = read_face("#X3D V3.3 utf8\nUNIT angle degree 0.017453292519943295\nUNIT length cm 0.01\n" + patch,
+                              "u.x3dv", {});
+  ASSERT_TRUE(face) << face.error().cause;
+  ASSERT_EQ(face->skin.points.size(), 4U);
+  double nearest = 1.0;
+  for (const glm::dvec3& p : face->skin.points)
+    nearest = std::min(nearest, glm::distance(p, glm::dvec3(-0.1, 0.1, 0.0)));
+  EXPECT_LT(nearest, 1e-9);
+}
+
 TEST(VrmlRead, HostileFilesAreRefused) {
   const std::string head = "#VRML V2.0 utf8\n";
   EXPECT_EQ(kind(head, "x.wrl"), "face_empty");

@@ -73,11 +73,15 @@ class SceneReader {
     }
     glm::dmat4 unit{1.0};
     for (const pugi::xml_node& u : root.child("head").children("unit")) {
-      if (std::strcmp(u.attribute("category").value(), "length") != 0) continue;
+      const bool length = std::strcmp(u.attribute("category").value(), "length") == 0;
+      if (!length && std::strcmp(u.attribute("category").value(), "angle") != 0) continue;
       std::vector<double> factor;
       if (auto f = numbers(u, "conversionFactor", 1, factor)) return tl::unexpected(std::move(*f));
-      if (factor.size() == 1 && factor[0] > 0.0) {
+      if (factor.size() != 1 || !(factor[0] > 0.0)) continue;
+      if (length) {
         for (int k = 0; k < 3; ++k) unit[k][k] = factor[0];
+      } else {
+        angle_unit_ = factor[0];
       }
     }
     collect_names(scene);
@@ -85,7 +89,7 @@ class SceneReader {
     if (auto f = walk(scene, unit, 0)) return tl::unexpected(std::move(*f));
     if (out_.uses.empty()) {
       return tl::unexpected(Failure{"face_empty", std::string(name_), "there is no NurbsPatchSurface in a Shape",
-                                    "give the face at least one surface"});
+                                    "give the face at least one surface; what prototypes and scripts make is not read"});
     }
     return std::move(out_);
   }
@@ -366,6 +370,7 @@ class SceneReader {
       return n.size() == 3 ? glm::dvec3(n[0], n[1], n[2]) : glm::dvec3(otherwise);
     };
     glm::dmat3 linear{1.0};
+    if (r.size() == 4) r[3] *= angle_unit_;
     if (r.size() == 4 && r[3] != 0.0) {
       const double length = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
       if (length > 0.0 && std::abs(r[3]) < 1e5) {
@@ -545,6 +550,7 @@ class SceneReader {
   std::map<std::string, std::uint32_t> curve_index_;
   std::map<std::pair<void*, bool>, std::uint32_t> materials_;
   std::map<std::pair<void*, void*>, std::size_t> surfaces_;
+  double angle_unit_ = 1.0;  // [rad]
   std::size_t visits_ = 0;
   std::size_t points_read_ = 0;
   FaceScene out_;
