@@ -5,6 +5,7 @@
 #include <iterator>
 #include <string>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
@@ -139,6 +140,35 @@ TEST(PolygonFace, PartsAreTakenByNameAndByVertices) {
   EXPECT_EQ(kind(text, "x.obj", form), "face_no_part");
 }
 
+// Lashes get the weights of the skin that they stand on, and are vertices of the skin themselves.
+TEST(PolygonFace, LashesGoWithTheSkinNextToThem) {
+  std::string text = "g skin\n";
+  for (int y = 0; y < 5; ++y)
+    for (int x = -3; x <= 3; ++x) text += fmt::format("v {} {} 0.1\n", 0.01 * x, 0.05 * y - 0.1);
+  for (int y = 0; y < 4; ++y)
+    for (int x = 0; x < 6; ++x) {
+      const int a = 7 * y + x + 1;
+      text += fmt::format("f {} {} {} {}\n", a, a + 1, a + 8, a + 7);
+    }
+  text += "g lash\nv 0 -0.1 0.101\nv 0.001 -0.1 0.102\nv 0 0.1 0.101\nf 36 37 38\n";
+  FaceForm form;
+  form.parts = {{program::FacePartKind::skin, "skin", 0, program::kNone},
+                {program::FacePartKind::lashes, "lash", 0, program::kNone}};
+  form.landmarks = {{"menton", program::kNone, "", {0.0, -0.05, 0.1}},
+                    {"stomion", program::kNone, "", {0.0, 0.0, 0.1}},
+                    {"jaw_hinge_L", program::kNone, "", {0.06, 0.02, 0.0}}};
+  const auto face = read_face(text, "x.obj", form);
+  ASSERT_TRUE(face) << face.error().cause;
+  ASSERT_EQ(face->skin.points.size(), 38U);
+  EXPECT_EQ(face->skin.surface.rows, 38U);
+  const std::vector<float>& jaw = face->regions.at("jaw");
+  ASSERT_EQ(jaw.size(), 38U);
+  EXPECT_EQ(jaw[35], jaw[3]);       // the lowest row's middle
+  EXPECT_EQ(jaw[37], jaw[28 + 3]);  // the highest's
+  EXPECT_NE(jaw[35], jaw[37]);
+  EXPECT_EQ(face->skin.colors.size(), 38U);
+}
+
 TEST(PolygonFace, LandmarksMustBeThere) {
   FaceForm form;
   form.landmarks.push_back({"nose_tip", 4, "", {}});
@@ -246,8 +276,8 @@ TEST(VrmlRead, UnitsOfLengthAndAngleCount) {
   const std::string patch =
       "Transform { rotation 0 0 1 90 children Shape { geometry NurbsPatchSurface { uDimension 2 vDimension 2 uOrder 2 "
       "vOrder 2 controlPoint Coordinate { point [ 0 0 0 10 0 0 0 10 0 10 10 0 ] } } } }";
-  const auto face = read_face("#X3D V3.3 utf8\nUNIT angle degree 0.017453292519943295\nUNIT length cm 0.01\n" + patch,
-                              "u.x3dv", {});
+  const auto face =
+      read_face("#X3D V3.3 utf8\nUNIT angle degree 0.017453292519943295\nUNIT length cm 0.01\n" + patch, "u.x3dv", {});
   ASSERT_TRUE(face) << face.error().cause;
   ASSERT_EQ(face->skin.points.size(), 4U);
   double nearest = 1.0;

@@ -68,6 +68,9 @@ PartLook look_of(FacePartKind kind) {
   return {"skin", glm::vec4(1.0F), 0.6F, Frame::head};
 }
 
+// Lashes and brows look for the skin next to them; more pairs than this take too long.
+constexpr double kMostPairs = 2e9;
+
 bool is_eye(FacePartKind kind) { return kind == FacePartKind::eye_left || kind == FacePartKind::eye_right; }
 bool deforms(FacePartKind kind) {
   return kind == FacePartKind::skin || kind == FacePartKind::lashes || kind == FacePartKind::brows;
@@ -95,7 +98,8 @@ class PolygonFace {
     for (const auto& [landmark, p] : face_.landmarks) all[landmark] = p;
     add_regions(face_, all);
     paint(all);
-    for (const FacePartKind kind : {FacePartKind::lashes, FacePartKind::brows}) ride_on_skin(kind);
+    for (const FacePartKind kind : {FacePartKind::lashes, FacePartKind::brows})
+      if (auto failure = ride_on_skin(kind)) return tl::unexpected(std::move(*failure));
     return std::move(face_);
   }
 
@@ -162,12 +166,13 @@ class PolygonFace {
   }
 
   std::string known_names() const {
+    constexpr std::size_t kMost = 12;
     std::vector<std::string> names;
     for (const PolygonMesh::Piece& piece : mesh_.pieces)
       for (const std::string& n : piece.names)
-        if (std::find(names.begin(), names.end(), n) == names.end()) names.push_back(n);
-    const bool many = names.size() > 12;
-    if (many) names.resize(12);
+        if (names.size() <= kMost && std::find(names.begin(), names.end(), n) == names.end()) names.push_back(n);
+    const bool many = names.size() > kMost;
+    if (many) names.pop_back();
     return names.empty() ? "none" : fmt::format("{}{}", fmt::join(names, ", "), many ? ", ..." : "");
   }
 
@@ -307,10 +312,16 @@ class PolygonFace {
   }
 
   // Lashes and brows go as the skin next to them does.
-  void ride_on_skin(FacePartKind kind) {
+  Maybe ride_on_skin(FacePartKind kind) {
     const std::size_t skin = face_.skin.points.size();
     add_deforming(kind);
-    if (face_.skin.points.size() == skin) return;
+    const std::size_t riders = face_.skin.points.size() - skin;
+    if (riders == 0) return std::nullopt;
+    if (static_cast<double>(riders) * static_cast<double>(skin) > kMostPairs) {
+      return Failure{"face_too_large", fmt::format("{}: part {}", name_, program::enum_name(kind)),
+                     fmt::format("{} vertices ride on {}", riders, skin),
+                     "make them part of the skin, or simplify them"};
+    }
     finish_skin();
     if (!face_.skin.colors.empty()) face_.skin.colors.resize(face_.skin.points.size(), glm::vec3(1.0F));
     for (auto& [region, weights] : face_.regions) weights.resize(face_.skin.points.size(), 0.0F);
@@ -327,6 +338,7 @@ class PolygonFace {
       }
       for (auto& [region, weights] : face_.regions) weights[i] = weights[best];
     }
+    return std::nullopt;
   }
 
   const PolygonMesh& mesh_;
