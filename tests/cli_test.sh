@@ -444,6 +444,7 @@ NMS
 cat >lex/house.nms <<'NMS'
 use "shared.nms"
 lexicon house "Of a house" {
+  licence "CC0-1.0"
   entry ask : syntactic {
     label "q" "ask?"
     meaning "asks"
@@ -458,6 +459,7 @@ expect 0 "build of a lexicon" "$nmsc" build --lexicon lex/house.nms -o assets --
 made "build of a lexicon" 3
 holds "a lexicon's files" test -s assets/ask.glb -a -s assets/doubt.glb -a -s assets/nod_once.glb -a -s assets/manifest.json
 holds "the manifest has the labels" grep -qF '"ask?"' assets/manifest.json
+holds "the manifest has the licences" bash -c 'grep -qF "CC0-1.0" assets/manifest.json && grep -qF "Apache-2.0 AND MIT" assets/manifest.json'
 holds "the manifest has the action units" grep -qF '"AU1L"' assets/manifest.json
 holds "the rule names what was read" bash -c 'grep -q "^assets/manifest.json:" assets.d && grep -qF lex/shared.nms assets.d && grep -qF lex/house.nms assets.d'
 cp -r assets assets.first

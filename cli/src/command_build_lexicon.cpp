@@ -197,7 +197,7 @@ void run(const GlobalOptions& global, const BuildOptions& options, SourceFiles& 
     if (diagnostics.error_count() != 0) return;
   }
   const std::size_t removed = one_file ? 0 : remove_old(folder.string(), before, assets);
-  const std::string text = write_manifest(loaded->lexicon, options.face, program, assets);
+  const std::string text = write_manifest(loaded->lexicon, loaded->face, options.face, program, assets);
   if (text != before.text && !write_text(manifest, text, diagnostics)) return;
   if (!options.depfile.empty()) {
     const std::string& target = !options.depfile_target.empty() ? options.depfile_target

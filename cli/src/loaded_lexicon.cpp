@@ -40,7 +40,10 @@ std::optional<LoadedLexicon> load_lexicon(const GlobalOptions& global, const std
     if (!record.root) continue;
     auto image = load_lexicon_program(global, root->path(), record.name, face, sources, diagnostics, trees);
     if (!image) return std::nullopt;
-    return LoadedLexicon{root, std::move(record), std::move(*image)};
+    compiler::FaceRecord of{face, {}};
+    for (compiler::FaceRecord& f : compiler::index_faces({face_source(face, sources)}, sources, again, &trees))
+      of = std::move(f);
+    return LoadedLexicon{root, std::move(record), std::move(of), std::move(*image)};
   }
   add_failure(diagnostics, {"unknown_lexicon", name, "it declares no lexicon",
                             "give a file with `lexicon NAME \"title\" { ... }` in it"});

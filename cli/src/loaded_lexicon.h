@@ -18,6 +18,7 @@ namespace nms::cli {
 struct LoadedLexicon {
   std::shared_ptr<const lang::Source> root;  ///< the file that declares it
   compiler::LexiconRecord lexicon;
+  compiler::FaceRecord face;
   program::Image image;  ///< a clip for each entry, inherited ones included, and the face's rig description
 };
 

@@ -22,7 +22,8 @@ constexpr std::size_t kMaxTableBytes = 64U << 20U;
 
 bool is_program(const std::string& path) { return path.ends_with(".auc"); }
 
-/// The file that declares a face: a path to one, or a name in `faces/` beside the working folder or in the stdlib.
+}  // namespace
+
 std::shared_ptr<const lang::Source> face_source(const std::string& face, SourceFiles& sources) {
   if (face.ends_with(".nms")) {
     auto opened = sources.open(face);
@@ -30,8 +31,6 @@ std::shared_ptr<const lang::Source> face_source(const std::string& face, SourceF
   }
   return sources.stdlib(fmt::format("faces/{}.nms", face));
 }
-
-}  // namespace
 
 std::vector<std::shared_ptr<const lang::Source>> load_roots(const std::vector<std::string>& files, SourceFiles& sources,
                                                             lang::Diagnostics& diagnostics) {

@@ -58,6 +58,9 @@ void check_files(const GlobalOptions& global, const std::vector<std::string>& fi
                                                                  SourceFiles& sources, lang::Diagnostics& diagnostics,
                                                                  compiler::TreeCache& trees);
 
+/// The file that declares a face: a path to one, or a name in the standard library. Null: there is none.
+[[nodiscard]] std::shared_ptr<const lang::Source> face_source(const std::string& face, SourceFiles& sources);
+
 /// The file that holds the surface of a program's face.
 [[nodiscard]] std::shared_ptr<const lang::Source> face_surface(const program::Program& program, const std::string& face,
                                                                SourceFiles& sources, lang::Diagnostics& diagnostics);

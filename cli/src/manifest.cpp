@@ -60,8 +60,8 @@ std::vector<std::string> units_moved(const program::Program& program, const prog
   return out;
 }
 
-std::string write_manifest(const compiler::LexiconRecord& lexicon, const std::string& face,
-                           const program::Program& program, const std::vector<Asset>& assets) {
+std::string write_manifest(const compiler::LexiconRecord& lexicon, const compiler::FaceRecord& face_record,
+                           const std::string& face, const program::Program& program, const std::vector<Asset>& assets) {
   Json entries = Json::array();
   for (const Asset& a : assets) {
     const compiler::EntryRecord& e = *a.entry;
@@ -90,6 +90,7 @@ std::string write_manifest(const compiler::LexiconRecord& lexicon, const std::st
                       {"title", printable(lexicon.title)},
                       {"extends", lexicon.extends},
                       {"face", face},
+                      {"licence", {{"lexicon", printable(lexicon.licence)}, {"face", printable(face_record.licence)}}},
                       {"made_by", "nmsc " NMS_VERSION},
                       {"entries", std::move(entries)}};
   return manifest.dump(1) + "\n";

@@ -23,7 +23,8 @@ struct Asset {
 [[nodiscard]] std::vector<std::string> units_moved(const program::Program& program, const program::Clip& clip);
 
 /// The manifest of a lexicon's assets, as JSON: what stands in the entries, what was measured in the clips, and hashes.
-[[nodiscard]] std::string write_manifest(const compiler::LexiconRecord& lexicon, const std::string& face,
+[[nodiscard]] std::string write_manifest(const compiler::LexiconRecord& lexicon,
+                                         const compiler::FaceRecord& face_record, const std::string& face,
                                          const program::Program& program, const std::vector<Asset>& assets);
 
 /// Hashes by file of a manifest that was written before. Anything that is not one: empty.

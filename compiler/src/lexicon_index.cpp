@@ -23,6 +23,16 @@ std::vector<std::string> values_of(NodeRef property) {
   return values;
 }
 
+/// The text of `licence "..."`, or nothing.
+std::string licence_of(NodeRef declaration) {
+  for (NodeRef p : declaration.children()) {
+    if (!is_property(p) || p.at(0).text() != "licence") continue;
+    const std::vector<std::string> values = values_of(p);
+    if (!values.empty()) return values.front();
+  }
+  return {};
+}
+
 EntryRecord record_of(const Declaration& e, const Declarations& all) {
   EntryRecord out;
   out.name = e.name;
@@ -70,6 +80,7 @@ std::vector<LexiconRecord> index_lexicons(const std::vector<std::shared_ptr<cons
     record.root = files[l.declaration.file].root;
     if (const NodeRef title = l.declaration.node.child(NodeKind::string)) record.title = unquoted(title);
     if (l.extends != kUnreachable) record.extends = all.lexicons[l.extends].declaration.name;
+    record.licence = licence_of(l.declaration.node);
     // Own entries stand first, in order: those that are declared, then those that are included.
     for (const Declaration* e : all.entries_of(i)) {
       record.entries.push_back(record_of(*e, all));
@@ -77,6 +88,15 @@ std::vector<LexiconRecord> index_lexicons(const std::vector<std::shared_ptr<cons
     }
     out.push_back(std::move(record));
   }
+  return out;
+}
+
+std::vector<FaceRecord> index_faces(const std::vector<std::shared_ptr<const lang::Source>>& roots,
+                                    lang::SourceProvider& provider, lang::Diagnostics& diagnostics, TreeCache* trees) {
+  std::vector<LoadedFile> files = load_sources(roots, provider, diagnostics, trees);
+  std::vector<FaceRecord> out;
+  for (const Declaration& face : Declarations::collect(files, provider, diagnostics, trees).faces)
+    if (files[face.file].root) out.push_back({std::string(face.name), licence_of(face.node)});
   return out;
 }
 

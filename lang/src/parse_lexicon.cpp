@@ -17,7 +17,8 @@ bool Parser::lexicon() {
     if (at_word("combine")) return combine();
     if (at_word("include")) return include();
     if (at_word("remove")) return remove();
-    return unexpected("`entry`, `combine`, `include` or `remove`");
+    if (at_word("licence")) return licence();
+    return unexpected("`entry`, `combine`, `include`, `remove` or `licence`");
   });
 }
 
@@ -73,6 +74,14 @@ bool Parser::remove() {
   Open node(*this, NodeKind::remove);
   advance();
   return names("the name of an entry that the extended lexicon has");
+}
+
+// `licence "Apache-2.0"`: what may be done with the lexicon and with what is made of it.
+bool Parser::licence() {
+  Open node(*this, NodeKind::property);
+  note_property("licence", {token_.begin, token_.end});
+  leaf(NodeKind::name);
+  return string("the licence, as \"Apache-2.0\"");
 }
 
 bool Parser::at_property_word() const {

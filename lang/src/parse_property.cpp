@@ -104,9 +104,9 @@ bool Parser::value() {
 
 void Parser::note_property(std::string_view name, Range range) {
   if (once_ == nullptr) return;
-  static constexpr std::string_view kOnce[] = {"onset", "apex",    "offset", "lead",    "lag",
-                                               "held",  "profile", "easing", "spreads", "layer",
-                                               "merge", "surface", "every",  "jitter",  "size"};
+  static constexpr std::string_view kOnce[] = {"onset",   "apex",   "offset",  "lead",   "lag",   "held",
+                                               "profile", "easing", "spreads", "layer",  "merge", "surface",
+                                               "every",   "jitter", "size",    "licence"};
   for (std::size_t i = 0; i < std::size(kOnce); ++i) {
     if (name != kOnce[i]) continue;
     if ((once_->seen >> i & 1U) != 0) {

@@ -146,6 +146,7 @@ class Parser {
   bool combine();
   bool include();
   bool remove();
+  bool licence();
   bool names(std::string_view what);
   bool when();
   bool one_of();

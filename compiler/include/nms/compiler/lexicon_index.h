@@ -32,11 +32,18 @@ struct EntryRecord {
   bool inherited = false;  ///< through `extends`
 };
 
+/// What a face says of itself.
+struct FaceRecord {
+  std::string name;
+  std::string licence;  ///< of its geometry; empty: none is stated
+};
+
 /// A lexicon and all its entries, inherited ones included, its own first; entries that it replaces are left out.
 struct LexiconRecord {
   std::string name;
   std::string title;
   std::string extends;
+  std::string licence;  ///< of the lexicon; empty: none is stated
   bool root = false;  ///< declared in a file that the caller named
   std::vector<EntryRecord> entries;
 };
@@ -47,5 +54,10 @@ struct LexiconRecord {
 [[nodiscard]] std::vector<LexiconRecord> index_lexicons(const std::vector<std::shared_ptr<const lang::Source>>& roots,
                                                         lang::SourceProvider& provider, lang::Diagnostics& diagnostics,
                                                         TreeCache* trees = nullptr);
+
+/// The faces that the roots declare, in order.
+[[nodiscard]] std::vector<FaceRecord> index_faces(const std::vector<std::shared_ptr<const lang::Source>>& roots,
+                                                  lang::SourceProvider& provider, lang::Diagnostics& diagnostics,
+                                                  TreeCache* trees = nullptr);
 
 }  // namespace nms::compiler
