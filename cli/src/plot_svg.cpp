@@ -11,6 +11,7 @@
 
 #include "decimal_seconds.h"
 #include "tiers.h"
+#include "xml_text.h"
 
 namespace nms::cli {
 namespace {
@@ -49,28 +50,7 @@ std::string px(double value) {
   return text == "-0.00" ? "0.00" : text;
 }
 
-std::string escaped(std::string_view text) {
-  std::string out;
-  for (const char c : printable(text)) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
-}
+std::string escaped(std::string_view text) { return xml_escaped(printable(text)); }
 
 /// How wide text will be, roughly: fonts differ, and capitals are wide.
 double text_width(std::string_view text, double size) {

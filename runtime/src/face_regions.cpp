@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include <glm/geometric.hpp>
+
 #include <nms/runtime/muscle.h>
 
 #include "surface_graph.h"
@@ -52,13 +54,6 @@ constexpr double kLidBackLeast = 0.014;  // [m]
 // How far lids' and lips' borders may be from their landmarks; paths and distances are not looked for beyond.
 constexpr double kMouthReach = 0.090;  // [m]
 constexpr double kEyeReach = 0.060;    // [m]
-
-double rise(double from, double to, double at) { return 1.0 - smooth_fall((at - from) / (to - from)); }
-
-double distance(const glm::dvec3& a, const glm::dvec3& b) {
-  const glm::dvec3 d = a - b;
-  return std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
-}
 
 using Weights = std::vector<double>;
 
@@ -185,9 +180,9 @@ class RegionMaker {
       const double z = p.z - hinge->z;
       const double below = -(y * mouth_z - z * mouth_y) / reach;
       const double along = (y * mouth_y + z * mouth_z) / reach;
-      along_jaw_[v] = rise(length(0.002), length(0.042), along);
-      result[v] = rise(length(-0.006), length(0.034) + 0.1 * std::abs(p.x), below) * along_jaw_[v] *
-                  rise(menton->y - length(0.057), menton->y - length(0.010), p.y) * kJawOfSkin;
+      along_jaw_[v] = smooth_rise(length(0.002), length(0.042), along);
+      result[v] = smooth_rise(length(-0.006), length(0.034) + 0.1 * std::abs(p.x), below) * along_jaw_[v] *
+                  smooth_rise(menton->y - length(0.057), menton->y - length(0.010), p.y) * kJawOfSkin;
     }
     return result;
   }
@@ -214,16 +209,16 @@ class RegionMaker {
       if (near == SurfaceGraph::kFar) continue;
       const double towards_lower =
           to_upper[v] == to_lower[v] ? 0.0 : std::clamp(to_upper[v] - to_lower[v], -length(1.0), length(1.0));
-      const double lower_share = rise(-length(kLipCorner), length(kLipCorner), towards_lower);
+      const double lower_share = smooth_rise(-length(kLipCorner), length(kLipCorner), towards_lower);
       const double keep = within[v] ? smooth_fall((near - length(kLipInside)) / length(kLipDeepest - kLipInside))
                                     : smooth_fall(near / length(kPerioral));
       lip_upper[v] = (1.0 - lower_share) * keep;
       lip_lower[v] = lower_share * keep;
-      if (within[v]) lining[v] = rise(length(kLiningFrom), length(kLiningAll), near);
+      if (within[v]) lining[v] = smooth_rise(length(kLiningFrom), length(kLiningAll), near);
       if (!jaw_) continue;
       // Along the mouth, so that a lip opens whole, from its red to its lining.
       const double along = std::max(1.0 - std::abs(places_[v].x) / corner, 0.0);
-      const double opened = rise(-kJawSpan, kJawSpan, (2.0 * lower_share - 1.0) * along);
+      const double opened = smooth_rise(-kJawSpan, kJawSpan, (2.0 * lower_share - 1.0) * along);
       double jaw = kJawOfUpperLip + (kJawOfLowerLip - kJawOfUpperLip) * opened;
       if (within[v]) jaw *= along_jaw_[v];
       double& share = (*jaw_)[v];
@@ -244,7 +239,7 @@ class RegionMaker {
     for (std::size_t v = 0; v < places_.size(); ++v) {
       const glm::dvec3 p = (places_[v] - *tip) / scale_.axes;
       const glm::dvec3 q(places_[v].x / scale_.axes.x / 0.019, (p.y - 0.004) / 0.019, (p.z + 0.0088) / 0.022);
-      const double nose = 1.0 - rise(0.7, 1.25, std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z));
+      const double nose = 1.0 - smooth_rise(0.7, 1.25, std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z));
       const double side = places_[v].x / scale_.axes.x / 0.007;
       const double groove = side * side < 4.0 ? square(1.0 - 0.25 * side * side) : 0.0;
       result[v] = (1.0 - 0.85 * nose) * (1.0 - 0.3 * groove) * (1.0 - lip_lower[v]);
@@ -263,8 +258,8 @@ class RegionMaker {
     if (upper.size() < 3 || lower.size() < 3 || top == nullptr || bottom == nullptr) return;
     const glm::dvec3* brow = place("brow_mid" + s);
     const glm::dvec3* cheek = place("infraorbital" + s);
-    const double above = brow != nullptr ? distance(*top, *brow) : length(0.0251);
-    const double below = cheek != nullptr ? distance(*bottom, *cheek) : length(0.0123);
+    const double above = brow != nullptr ? glm::distance(*top, *brow) : length(0.0251);
+    const double below = cheek != nullptr ? glm::distance(*bottom, *cheek) : length(0.0123);
     const std::vector<double> to_upper = graph_.distances(upper, length(kEyeReach));
     const std::vector<double> to_lower = graph_.distances(lower, length(kEyeReach));
     const std::vector<bool> within = inside(upper, lower);
@@ -274,13 +269,14 @@ class RegionMaker {
       if (near == SurfaceGraph::kFar) continue;
       const double towards_lower =
           to_upper[v] == to_lower[v] ? 0.0 : std::clamp(to_upper[v] - to_lower[v], -length(1.0), length(1.0));
-      const double lower_share = rise(-length(kLidCorner), length(kLidCorner), towards_lower);
+      const double lower_share = smooth_rise(-length(kLidCorner), length(kLidCorner), towards_lower);
       const double back = smooth_fall((near - length(kLidBackWhole)) / length(kLidBackLeast - kLidBackWhole));
       const auto front = [&](double way) {
         return smooth_fall((near - kLidWhole * way) / ((kLidLeast - kLidWhole) * way));
       };
       // No skin is two eyes'.
-      const double own = rise(length(kBridgeLeast), length(kBridgeAll), side == "L" ? places_[v].x : -places_[v].x);
+      const double own =
+          smooth_rise(length(kBridgeLeast), length(kBridgeAll), side == "L" ? places_[v].x : -places_[v].x);
       // Only the edge's own vertices count whole: where one lid meets the other is told by them.
       const double whole = near > 0.0 ? kLidSkin : 1.0;
       lid_upper[v] = whole * own * (1.0 - lower_share) * (within[v] ? back : front(above));
@@ -299,7 +295,7 @@ class RegionMaker {
     for (std::size_t v = 0; v < places_.size(); ++v) {
       const double y = (places_[v].y - menton->y) / scale_.axes.y;
       const double slope = 0.35 * ((places_[v].z - hinge->z) / scale_.axes.z + 0.0182);
-      result[v] = rise(-0.072 + 0.2 * slope, 0.012 - 0.45 * slope, y);
+      result[v] = smooth_rise(-0.072 + 0.2 * slope, 0.012 - 0.45 * slope, y);
     }
     put("neck", result);
   }

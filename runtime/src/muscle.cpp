@@ -62,6 +62,8 @@ double smooth_fall(double t) {
   return 1.0 - t * t * (3.0 - 2.0 * t);
 }
 
+double smooth_rise(double from, double to, double at) { return 1.0 - smooth_fall((at - from) / (to - from)); }
+
 double radial_factor(Falloff law, double distance, double insertion, double dissipation) {
   double factor = 1.0;
   if (distance <= insertion) {

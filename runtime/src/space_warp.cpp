@@ -4,13 +4,10 @@
 #include <cstddef>
 #include <utility>
 
+#include <glm/geometric.hpp>
+
 namespace nms::runtime {
 namespace {
-
-double distance(const glm::dvec3& a, const glm::dvec3& b) {
-  const glm::dvec3 d = a - b;
-  return std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
-}
 
 /// Gauss with the largest pivot of each column; n x n, row by row, three right sides. False: singular.
 bool solve(std::vector<double>& m, std::vector<glm::dvec3>& right) {
@@ -49,7 +46,7 @@ std::optional<SpaceWarp> SpaceWarp::through(std::span<const glm::dvec3> from, st
   std::vector<glm::dvec3> right(n, glm::dvec3(0.0));
   for (std::size_t i = 0; i < count; ++i) {
     // Minus the distance is positive on all that an affine map cannot do.
-    for (std::size_t j = 0; j < count; ++j) m[i * n + j] = -distance(from[i], from[j]);
+    for (std::size_t j = 0; j < count; ++j) m[i * n + j] = -glm::distance(from[i], from[j]);
     m[i * n + i] += stiffness;
     const double affine[4] = {1.0, from[i].x, from[i].y, from[i].z};
     for (std::size_t k = 0; k < 4; ++k) m[i * n + count + k] = m[(count + k) * n + i] = affine[k];
@@ -66,7 +63,7 @@ std::optional<SpaceWarp> SpaceWarp::through(std::span<const glm::dvec3> from, st
 
 glm::dvec3 SpaceWarp::operator()(const glm::dvec3& p) const {
   glm::dvec3 moved = p + shift_ + p.x * columns_[0] + p.y * columns_[1] + p.z * columns_[2];
-  for (std::size_t i = 0; i < centres_.size(); ++i) moved -= distance(p, centres_[i]) * weights_[i];
+  for (std::size_t i = 0; i < centres_.size(); ++i) moved -= glm::distance(p, centres_[i]) * weights_[i];
   return moved;
 }
 

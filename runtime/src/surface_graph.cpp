@@ -5,14 +5,11 @@
 #include <queue>
 #include <utility>
 
+#include <glm/geometric.hpp>
+
 namespace nms::runtime {
 
 namespace {
-
-double distance(const glm::dvec3& a, const glm::dvec3& b) {
-  const glm::dvec3 d = a - b;
-  return std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
-}
 
 using Entry = std::pair<double, std::uint32_t>;
 using Queue = std::priority_queue<Entry, std::vector<Entry>, std::greater<>>;
@@ -35,7 +32,7 @@ SurfaceGraph::SurfaceGraph(std::span<const glm::dvec3> positions,
   edges_.reserve(pairs.size());
   for (const auto& [from, to] : pairs) {
     ++begin_[from + 1];
-    edges_.push_back({to, distance(positions[from], positions[to])});
+    edges_.push_back({to, glm::distance(positions[from], positions[to])});
   }
   for (std::size_t v = 0; v < positions.size(); ++v) begin_[v + 1] += begin_[v];
 }

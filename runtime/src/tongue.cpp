@@ -45,8 +45,6 @@ constexpr double kWidening = 2.0;
 // How far the lips' line counts in front of the teeth: to the front of the lips.
 constexpr double kLipThickness = 0.016;  // [m]
 
-double rise(double from, double to, double at) { return 1.0 - smooth_fall((at - from) / (to - from)); }
-
 glm::dvec3 direction(double pitch, double yaw) {
   const double c = cosine(pitch);
   return {sine(yaw) * c, -sine(pitch), cosine(yaw) * c};
@@ -136,7 +134,7 @@ std::optional<double> bend_spine(const RigTables& t, const RigTables::Spine& spi
     const double reach = drive.reach > 0.0 ? std::min(drive.reach / spine.length, 1.0) : 1.0;
     for (int i = 0; i <= kSpineSteps; ++i) {
       const double s = i / static_cast<double>(kSpineSteps);
-      const double share = rise(1.0 - reach, 1.0, s);
+      const double share = smooth_rise(1.0 - reach, 1.0, s);
       places[static_cast<std::size_t>(i)].pitch += k * share * drive.pitch;
       places[static_cast<std::size_t>(i)].yaw += k * share * drive.yaw;
     }
@@ -159,7 +157,7 @@ std::optional<double> bend_spine(const RigTables& t, const RigTables::Spine& spi
   }
   places[0].stretch = places[1].stretch;
   for (int i = 0; i <= kSpineSteps; ++i) {
-    const double share = rise(0.0, 1.0, i / static_cast<double>(kSpineSteps));
+    const double share = smooth_rise(0.0, 1.0, i / static_cast<double>(kSpineSteps));
     places[static_cast<std::size_t>(i)].at += share * shift;
   }
   return forward;
@@ -249,7 +247,7 @@ void lead_through(const RigTables::Spine& spine, const Gate& gate, double out, S
     SpinePlace& place = places[static_cast<std::size_t>(i)];
     const glm::dvec3 at = gate.to_head(place.at);
     const double front = gate.in_front(at);
-    const double share = out * rise(-kRiseFrom * scale, -kRiseTo * scale, front);
+    const double share = out * smooth_rise(-kRiseFrom * scale, -kRiseTo * scale, front);
     if (share == 0.0) continue;
     // The narrowest of the way: between the teeth, and where it is now.
     const double between = kBetween * scale;
@@ -268,7 +266,7 @@ void lead_through(const RigTables::Spine& spine, const Gate& gate, double out, S
     // It lies on the lower teeth and lip.
     const double y = lowest < highest ? lowest : middle;
     place.at = gate.to_jaw({at.x, at.y + share * (y - at.y), at.z});
-    const double beyond = rise(0.6 * kLipThickness * scale, (kLipThickness + kSwell) * scale, front);
+    const double beyond = smooth_rise(0.6 * kLipThickness * scale, (kLipThickness + kSwell) * scale, front);
     place.flat = 1.0 + share * (1.0 - beyond) * (thin - 1.0);
   }
 }
@@ -320,7 +318,7 @@ void bend_parts(const Face& face, const Rig& rig, Pose& pose) {
       continue;
     }
     const Gate gate(rig, pose);
-    const double out = gate.exists() ? rise(0.0, kLiftTo * t.scale, *forward) : 0.0;
+    const double out = gate.exists() ? smooth_rise(0.0, kLiftTo * t.scale, *forward) : 0.0;
     if (out > 0.0) lead_through(spine, gate, out, places);
     CrossSection section;
     for (std::size_t v = 0; v < positions.size(); ++v) {

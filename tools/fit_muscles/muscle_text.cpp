@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <nms/program/enum_names.h>
+
 #include "muscle_fit.h"
 
 namespace nms::fit_muscles {
@@ -35,30 +37,10 @@ std::string place(const Program& program, program::StringId mark, const float (&
   return text;
 }
 
-std::string_view kind_name(MuscleKind kind) {
-  switch (kind) {
-    case MuscleKind::linear:
-      return "linear";
-    case MuscleKind::sheet:
-      return "sheet";
-    case MuscleKind::sphincter:
-      return "sphincter";
-    case MuscleKind::bulge:
-      return "bulge";
-    case MuscleKind::roll:
-      return "roll";
-    case MuscleKind::eyelid:
-      return "eyelid";
-    case MuscleKind::hinge:
-      return "hinge";
-  }
-  return "";
-}
-
 std::string one_muscle(const Program& program, const Muscle& m, const std::string& name) {
   const bool pulls = m.kind == MuscleKind::linear || m.kind == MuscleKind::sheet;
   std::string text =
-      fmt::format("muscle {}{} : {} {} {}", name, m.side == Side::none ? "" : " sides", kind_name(m.kind),
+      fmt::format("muscle {}{} : {} {} {}", name, m.side == Side::none ? "" : " sides", program::enum_name(m.kind),
                   pulls ? "from" : "at", place(program, m.attachment, m.attachment_offset));
   if (m.insertion != program::StringId{}) text += " to " + place(program, m.insertion, m.insertion_offset);
   text += " {\n";

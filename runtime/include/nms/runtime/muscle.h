@@ -30,6 +30,8 @@ struct Pull {
 
 /// Falls from 1 at t <= 0 to 0 at t >= 1 with no slope at either end: 1 - 3t^2 + 2t^3.
 [[nodiscard]] double smooth_fall(double t);
+/// Rises from 0 at `from` to 1 at `to` in the same way.
+[[nodiscard]] double smooth_rise(double from, double to, double at);
 
 /// Radial factor r of a linear muscle: 0 at the attachment, 1 at distance `insertion`, 0 from `dissipation` on.
 /// thesis: sin(d/I pi/2) inside, cos((d-I)/(D-I) pi/2) outside. smooth: its square, so that the slope is continuous at
