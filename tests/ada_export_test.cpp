@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <nms/runtime/face_x3d.h>
 #include <nms/runtime/gltf_export.h>
 
 #include "ada_fixture.h"
+#include "busy_clip.h"
 
 /// Files of the face ada against the runtime's own surface.
 namespace nms::ada {
@@ -41,6 +43,36 @@ TEST(AdaExport, an_error_that_is_asked_for_holds_for_mixtures_of_lids_lips_and_t
   // Straight targets alone are far off: there was something to mend.
   EXPECT_GT(before.clips.at(0).largest_m, 0.005);
   EXPECT_GT(before.clips.at(0).normal_rad, kThreeDegrees);
+}
+
+/// Bytes that a file takes at 10,000 vertices: straight between the counts that the face has at two densities.
+double bytes_at_ten_thousand(bool quantize) {
+  const Bound b = bind_with(kBusyClip);
+  std::vector<double> vertices;
+  std::vector<double> bytes;
+  for (const double density : {0.5, 1.0}) {
+    const runtime::Face at = runtime::read_face_x3d(embedded("faces/ada.x3d"), "ada.x3d", {density, 400'000}).value();
+    const runtime::Rig rig = runtime::bind(at, b.image.program()).value();
+    runtime::GltfOptions options;
+    options.quantize = quantize;
+    const auto glb = runtime::export_glb(at, rig, b.image.program(), options);
+    EXPECT_TRUE(glb.has_value());
+    if (!glb) return 1e9;
+    vertices.push_back(static_cast<double>(at.skin.surface.rows));
+    bytes.push_back(static_cast<double>(glb->size()));
+  }
+  EXPECT_LT(vertices[0], 10'000.0);
+  EXPECT_GT(vertices[1], 10'000.0);
+  return bytes[0] + (10'000.0 - vertices[0]) / (vertices[1] - vertices[0]) * (bytes[1] - bytes[0]);
+}
+
+TEST(AdaExport, a_clip_of_fifty_targets_is_small) {
+  const double plain = bytes_at_ten_thousand(false);
+  EXPECT_LE(plain, 3.5e6);
+  EXPECT_GT(plain, 1e6) << "there are targets in it";
+  const double quantized = bytes_at_ten_thousand(true);
+  EXPECT_LE(quantized, 1.4e6) << "1.5 MB is what was promised";
+  EXPECT_GT(quantized, 0.4e6) << "there are targets in it";
 }
 
 }  // namespace

@@ -144,7 +144,7 @@ int main(int argc, char** argv) try {
   build_command->add_flag("--dense", build_options.dense,
                           "Plain accessors for morph targets, for importers without sparse ones");
   build_command->add_flag("--quantize", build_options.quantize,
-                          "Vertices in whole numbers (KHR_mesh_quantization): a third of the size");
+                          "Vertices in whole numbers (KHR_mesh_quantization): less than half of the size");
   build_command->callback([&] {
     if (build_options.files.empty() && build_options.lexicon.empty()) throw CLI::RequiredError("FILE or --lexicon");
     chosen = [&] {

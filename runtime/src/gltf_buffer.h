@@ -5,7 +5,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <deque>
+#include <map>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -16,37 +19,39 @@
 
 namespace nms::runtime {
 
-/// Appends data to the one buffer, with its views and accessors.
+/// Fills the one buffer, with its views and accessors. What is read in the same way stands in one view, and what is the
+/// same to the byte stands there once: a file has few views, and eyes that share their triangles.
+///
+/// Views are laid one behind the other by finish(); nothing may be added after it.
 class GltfBuffer {
  public:
   explicit GltfBuffer(tinygltf::Model& model) : model_(model) { model_.buffers.emplace_back(); }
 
-  template <typename T>
-  int view(std::span<const T> data, int target) {
+  /// What a view is read as; the format wants them apart.
+  enum class Use : std::uint8_t { vertices, triangles, sparse_indices, sparse_values, keys, matrices };
+
+  /// Views one behind the other, each at a multiple of four bytes.
+  void finish() {
     std::vector<unsigned char>& bytes = model_.buffers[0].data;
-    while (bytes.size() % 4 != 0) bytes.push_back(0);
-    const std::size_t begin = bytes.size();
-    bytes.resize(begin + data.size_bytes());
-    if (!data.empty()) std::memcpy(bytes.data() + begin, data.data(), data.size_bytes());
-    tinygltf::BufferView v;
-    v.buffer = 0;
-    v.byteOffset = begin;
-    v.byteLength = data.size_bytes();
-    v.target = target;
-    model_.bufferViews.push_back(std::move(v));
-    return static_cast<int>(model_.bufferViews.size()) - 1;
+    for (Stream& stream : streams_) {
+      bytes.resize((bytes.size() + 3) / 4 * 4, 0);
+      model_.bufferViews[stream.view].byteOffset = bytes.size();
+      model_.bufferViews[stream.view].byteLength = stream.bytes.size();
+      bytes.insert(bytes.end(), stream.bytes.begin(), stream.bytes.end());
+    }
+    streams_.clear();
   }
 
   // Floats, `width` to an element, with exact bounds where `bounds` asks for them.
-  int floats(std::span<const float> values, std::size_t width, int type, int target, bool bounds) {
+  int floats(std::span<const float> values, std::size_t width, int type, Use use, bool bounds) {
     tinygltf::Accessor a = accessor(values.size() / width, TINYGLTF_COMPONENT_TYPE_FLOAT, type);
-    a.bufferView = view(values, target);
+    put(a, values, use, use == Use::vertices ? width * sizeof(float) : 0);
     if (bounds) set_bounds(a, values, width);
     return push(std::move(a));
   }
 
   int vectors(std::span<const glm::vec3> values, bool bounds) {
-    return floats(flat(values), 3, TINYGLTF_TYPE_VEC3, TINYGLTF_TARGET_ARRAY_BUFFER, bounds);
+    return floats(flat(values), 3, TINYGLTF_TYPE_VEC3, Use::vertices, bounds);
   }
 
   // Vectors that are zero but for some. At least one element is stored: a count of 0 is not allowed, and an accessor
@@ -65,7 +70,7 @@ class GltfBuffer {
     }
     tinygltf::Accessor a = accessor(values.size(), TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3);
     set_sparse(a, indices);
-    a.sparse.values.bufferView = view(flat(stored), 0);
+    put_sparse_values(a, flat(stored));
     if (bounds) set_bounds(a, flat(values), 3);
     return push(std::move(a));
   }
@@ -82,8 +87,7 @@ class GltfBuffer {
     }
     tinygltf::Accessor a = accessor(values.size(), component_of<Int>(), TINYGLTF_TYPE_VEC3);
     a.normalized = true;
-    a.bufferView = view(std::span<const std::array<Int, 4>>(padded), TINYGLTF_TARGET_ARRAY_BUFFER);
-    model_.bufferViews.back().byteStride = sizeof(std::array<Int, 4>);
+    put(a, std::span<const std::array<Int, 4>>(padded), Use::vertices, sizeof padded[0]);
     if (bounds) set_bounds(a, padded);
     return push(std::move(a));
   }
@@ -114,32 +118,41 @@ class GltfBuffer {
     set_sparse(position, indices);
     tinygltf::Accessor normal = position;
     normal.componentType = TINYGLTF_COMPONENT_TYPE_BYTE;
-    position.sparse.values.bufferView = view(std::span<const std::array<std::int16_t, 3>>(moves), 0);
-    normal.sparse.values.bufferView = view(std::span<const std::array<std::int8_t, 3>>(turns), 0);
+    put_sparse_values(position, std::span<const std::array<std::int16_t, 3>>(moves));
+    put_sparse_values(normal, std::span<const std::array<std::int8_t, 3>>(turns));
     if (!whole) moves.emplace_back();
     set_bounds(position, moves);
     const int first = push(std::move(position));
     return {first, push(std::move(normal))};
   }
 
-  // 16-bit shares of 1, which sum up to 1 exactly.
-  int shares(std::span<const std::array<std::uint16_t, 4>> values) {
-    tinygltf::Accessor a = accessor(values.size(), TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC4);
+  /// Numbers from 0 to 1 in 16 bits, rounded.
+  int shares(std::span<const float> values) {
+    std::vector<std::uint16_t> steps;
+    for (const float v : values) steps.push_back(share_step(v));
+    tinygltf::Accessor a = accessor(values.size(), TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_SCALAR);
     a.normalized = true;
-    a.bufferView = view(values, TINYGLTF_TARGET_ARRAY_BUFFER);
+    put(a, std::span<const std::uint16_t>(steps), Use::keys, 0);
+    return push(std::move(a));
+  }
+
+  /// @param share  in [0, 1]
+  static std::uint16_t share_step(float share) { return static_cast<std::uint16_t>(share * 65535.0F + 0.5F); }
+
+  /// Four bytes to a vertex: whole numbers, or shares of 1 where `normalized`.
+  int bytes(std::span<const std::array<std::uint8_t, 4>> values, int type, bool normalized) {
+    tinygltf::Accessor a = accessor(values.size(), TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, type);
+    a.normalized = normalized;
+    put(a, values, Use::vertices, 4);
     return push(std::move(a));
   }
 
   // 8-bit colours; the fourth byte is there for the alignment.
   int colors(std::span<const glm::vec3> values) {
-    std::vector<std::array<std::uint8_t, 4>> bytes;
+    std::vector<std::array<std::uint8_t, 4>> steps;
     const auto byte = [](float c) { return static_cast<std::uint8_t>(std::clamp(c, 0.0F, 1.0F) * 255.0F + 0.5F); };
-    for (const glm::vec3& c : values) bytes.push_back({byte(c.x), byte(c.y), byte(c.z), 255});
-    tinygltf::Accessor a = accessor(values.size(), TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TYPE_VEC3);
-    a.normalized = true;
-    a.bufferView = view(std::span<const std::array<std::uint8_t, 4>>(bytes), TINYGLTF_TARGET_ARRAY_BUFFER);
-    model_.bufferViews.back().byteStride = 4;
-    return push(std::move(a));
+    for (const glm::vec3& c : values) steps.push_back({byte(c.x), byte(c.y), byte(c.z), 255});
+    return bytes(steps, TINYGLTF_TYPE_VEC3, true);
   }
 
   int triangles(std::span<const std::uint32_t> indices, std::size_t vertex_count) {
@@ -150,16 +163,10 @@ class GltfBuffer {
                  TINYGLTF_TYPE_SCALAR);
     if (small) {
       const std::vector<std::uint16_t> shorts(indices.begin(), indices.end());
-      a.bufferView = view(std::span(shorts), TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
+      put(a, std::span(shorts), Use::triangles, 0);
     } else {
-      a.bufferView = view(indices, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
+      put(a, indices, Use::triangles, 0);
     }
-    return push(std::move(a));
-  }
-
-  int joints(std::span<const std::array<std::uint8_t, 4>> values) {
-    tinygltf::Accessor a = accessor(values.size(), TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TYPE_VEC4);
-    a.bufferView = view(values, TINYGLTF_TARGET_ARRAY_BUFFER);
     return push(std::move(a));
   }
 
@@ -218,16 +225,83 @@ class GltfBuffer {
     a.bufferView = -1;
     a.sparse.isSparse = true;
     a.sparse.count = static_cast<int>(indices.size());
-    a.sparse.indices.byteOffset = 0;
-    a.sparse.values.byteOffset = 0;
     if (a.count <= 65536) {
       const std::vector<std::uint16_t> small(indices.begin(), indices.end());
       a.sparse.indices.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT;
-      a.sparse.indices.bufferView = view(std::span(small), 0);
+      put_sparse_indices(a, std::span(small));
     } else {
       a.sparse.indices.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
-      a.sparse.indices.bufferView = view(std::span<const std::uint32_t>(indices), 0);
+      put_sparse_indices(a, std::span<const std::uint32_t>(indices));
     }
+  }
+
+  // No view begins a piece behind this: offsets into sparse data are counted in 31 bits.
+  static constexpr std::size_t kFull = std::size_t{1} << 30;
+
+  struct Stream {
+    Use use = Use::vertices;
+    std::size_t stride = 0;  // between vertices
+    std::size_t view = 0;
+    std::vector<unsigned char> bytes;
+    std::map<std::string, std::size_t> offsets;  // of what is there
+  };
+
+  Stream& stream(Use use, std::size_t stride) {
+    for (Stream& s : streams_) {
+      if (s.use == use && s.stride == stride && s.bytes.size() < kFull) return s;
+    }
+    tinygltf::BufferView view;
+    view.buffer = 0;
+    view.byteStride = stride;
+    view.target = use == Use::vertices    ? TINYGLTF_TARGET_ARRAY_BUFFER
+                  : use == Use::triangles ? TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER
+                                          : 0;
+    model_.bufferViews.push_back(std::move(view));
+    Stream& fresh = streams_.emplace_back();
+    fresh.use = use;
+    fresh.stride = stride;
+    fresh.view = model_.bufferViews.size() - 1;
+    return fresh;
+  }
+
+  struct Place {
+    int view = 0;
+    std::size_t offset = 0;  // in it
+  };
+
+  template <typename T>
+  Place place(std::span<const T> data, Use use, std::size_t stride) {
+    Stream& s = stream(use, stride);
+    std::string bytes(data.size_bytes(), '\0');
+    if (!data.empty()) std::memcpy(bytes.data(), data.data(), data.size_bytes());
+    const auto [known, fresh] = s.offsets.try_emplace(std::move(bytes), 0);
+    if (fresh) {
+      s.bytes.resize((s.bytes.size() + 3) / 4 * 4, 0);
+      known->second = s.bytes.size();
+      s.bytes.insert(s.bytes.end(), known->first.begin(), known->first.end());
+    }
+    return {static_cast<int>(s.view), known->second};
+  }
+
+  template <typename T>
+  void put(tinygltf::Accessor& a, std::span<const T> data, Use use, std::size_t stride) {
+    const Place at = place(data, use, stride);
+    a.bufferView = at.view;
+    a.byteOffset = at.offset;
+  }
+
+  template <typename T>
+  void put_sparse_indices(tinygltf::Accessor& a, std::span<const T> data) {
+    const Place at = place(data, Use::sparse_indices, 0);
+    a.sparse.indices.bufferView = at.view;
+    a.sparse.indices.byteOffset = static_cast<int>(at.offset);
+  }
+
+  template <typename T>
+  void put_sparse_values(tinygltf::Accessor& a, std::span<const T> data) {
+    const Place at = place(data, Use::sparse_values, 0);
+    a.sparse.values.bufferView = at.view;
+    a.sparse.values.byteOffset = static_cast<int>(at.offset);
   }
 
   int push(tinygltf::Accessor a) {
@@ -236,6 +310,7 @@ class GltfBuffer {
   }
 
   tinygltf::Model& model_;
+  std::deque<Stream> streams_;
 };
 
 }  // namespace nms::runtime

@@ -36,6 +36,10 @@ using program::Program;
 // Bounds of what LINEAR keys may miss by.
 constexpr double kTurnTolerance = 0.02 * 3.14159265358979 / 180;  // [rad]
 constexpr double kShiftTolerance = 1e-5;                          // [m]
+// What a quantized target moves a vertex by, it is stored for; a share of the error where one is asked for.
+constexpr double kLeastMove_m = 1e-5;
+constexpr double kLeastMoveShare = 0.05;
+
 std::vector<double> triple(glm::dvec3 v) { return {v.x, v.y, v.z}; }
 
 std::size_t index_of(Frame frame) { return static_cast<std::size_t>(frame); }
@@ -63,7 +67,9 @@ class Export {
     if (options_.quantize) {
       for (MorphedMesh& m : morphs_->meshes()) {
         m.grid = grid_of(m.linear.positions, m.linear.targets);
-        put_on(*m.grid, m.linear);
+        const double least =
+            options_.max_error_m > 0.0 ? std::min(kLeastMove_m, kLeastMoveShare * options_.max_error_m) : kLeastMove_m;
+        put_on(*m.grid, m.linear, static_cast<float>(least));
       }
       model_.extensionsUsed.emplace_back("KHR_mesh_quantization");
       model_.extensionsRequired = model_.extensionsUsed;
@@ -208,7 +214,7 @@ class Export {
     if (options_.quantize) {
       for (glm::vec3& p : positions) p -= grid.middle;
       primitive.attributes["POSITION"] = writer_.steps<std::int16_t>(positions, grid.scale, true);
-      primitive.attributes["NORMAL"] = writer_.steps<std::int16_t>(normals, 1.0F, false);
+      primitive.attributes["NORMAL"] = writer_.steps<std::int8_t>(normals, 1.0F, false);
     } else {
       primitive.attributes["POSITION"] = writer_.vectors(positions, true);
       primitive.attributes["NORMAL"] = writer_.vectors(normals, false);
@@ -255,22 +261,22 @@ class Export {
   void add_joints(tinygltf::Primitive& primitive, const VertexGrid& grid) {
     std::vector<std::array<std::uint8_t, 4>> joints;
     std::vector<float> weights;
-    std::vector<std::array<std::uint16_t, 4>> shares;
+    std::vector<std::array<std::uint8_t, 4>> steps;
+    constexpr std::uint8_t kWhole = 255;
     for (const float share : rig_.head_share()) {
       const bool torso_alone = share <= 0.0F;
       const bool both = share > 0.0F && share < 1.0F;
       joints.push_back({static_cast<std::uint8_t>(torso_alone ? 1 : 0), static_cast<std::uint8_t>(both ? 1 : 0), 0, 0});
       weights.insert(weights.end(), {both ? share : 1.0F, both ? 1.0F - share : 0.0F, 0.0F, 0.0F});
-      constexpr std::uint16_t kWhole = 65535;
-      const auto first = both ? static_cast<std::uint16_t>(share * 65535.0F + 0.5F) : kWhole;
-      shares.push_back({first, static_cast<std::uint16_t>(kWhole - first), 0, 0});
+      const auto first = both ? static_cast<std::uint8_t>(share * 255.0F + 0.5F) : kWhole;
+      steps.push_back({first, static_cast<std::uint8_t>(kWhole - first), 0, 0});
       // A share that is rounded to nothing names no joint.
       if (options_.quantize && first == kWhole) joints.back()[1] = 0;
     }
-    primitive.attributes["JOINTS_0"] = writer_.joints(joints);
+    primitive.attributes["JOINTS_0"] = writer_.bytes(joints, TINYGLTF_TYPE_VEC4, false);
     primitive.attributes["WEIGHTS_0"] =
-        options_.quantize ? writer_.shares(shares)
-                          : writer_.floats(weights, 4, TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER, false);
+        options_.quantize ? writer_.bytes(steps, TINYGLTF_TYPE_VEC4, true)
+                          : writer_.floats(weights, 4, TINYGLTF_TYPE_VEC4, GltfBuffer::Use::vertices, false);
 
     std::vector<float> inverse_bind;
     for (const Frame frame : {Frame::head, Frame::torso}) {
@@ -282,7 +288,7 @@ class Export {
     skin.name = "neck";
     skin.joints = {frame_nodes_[index_of(Frame::head)], frame_nodes_[index_of(Frame::torso)]};
     skin.skeleton = frame_nodes_[index_of(Frame::torso)];
-    skin.inverseBindMatrices = writer_.floats(inverse_bind, 16, TINYGLTF_TYPE_MAT4, 0, false);
+    skin.inverseBindMatrices = writer_.floats(inverse_bind, 16, TINYGLTF_TYPE_MAT4, GltfBuffer::Use::matrices, false);
     model_.skins.push_back(std::move(skin));
   }
 
@@ -355,9 +361,11 @@ class Export {
     error.clip = animation.name;
     for (const MorphedMesh& morphed : morphs_->meshes()) {
       if (morphed.node < 0) continue;
-      const Keys keys =
-          fit_keys(breaks, Interpolation::linear, key_tolerances(morphed, options_.max_error_m),
-                   [&](std::int64_t t, std::span<float> out) { morphs_->weights_at(morphed, clip, t, out); });
+      Keys keys = fit_keys(breaks, Interpolation::linear, key_tolerances(morphed, options_.max_error_m),
+                           [&](std::int64_t t, std::span<float> out) { morphs_->weights_at(morphed, clip, t, out); });
+      if (in_steps(keys)) {
+        for (float& w : keys.values) w = static_cast<float>(GltfBuffer::share_step(w)) / 65535.0F;
+      }
       add_channel(animation, morphed.node, "weights", keys, 1, TINYGLTF_TYPE_SCALAR);
       if (report_ != nullptr) measure_clip(stage_, clip, morphed, keys, error);
     }
@@ -397,6 +405,12 @@ class Export {
     model_.animations.push_back(std::move(animation));
   }
 
+  /// Weights that are shares of 1 take two bytes where numbers may be whole ones.
+  bool in_steps(const Keys& keys) const {
+    return options_.quantize &&
+           std::all_of(keys.values.begin(), keys.values.end(), [](float w) { return w >= 0.0F && w <= 1.0F; });
+  }
+
   void add_channel(tinygltf::Animation& animation, int node, const char* path, const Keys& keys, std::size_t width,
                    int type) {
     tinygltf::AnimationSampler sampler;
@@ -406,10 +420,12 @@ class Export {
     if (known != times_.end()) {
       sampler.input = known->second;
     } else {
-      sampler.input = writer_.floats(keys.times, 1, TINYGLTF_TYPE_SCALAR, 0, true);
+      sampler.input = writer_.floats(keys.times, 1, TINYGLTF_TYPE_SCALAR, GltfBuffer::Use::keys, true);
       times_.emplace(keys.times, sampler.input);
     }
-    sampler.output = writer_.floats(keys.values, width, type, 0, false);
+    const bool shares = std::string_view(path) == "weights" && in_steps(keys);
+    sampler.output =
+        shares ? writer_.shares(keys.values) : writer_.floats(keys.values, width, type, GltfBuffer::Use::keys, false);
     tinygltf::AnimationChannel channel;
     channel.sampler = static_cast<int>(animation.samplers.size());
     channel.target_node = node;
@@ -419,6 +435,7 @@ class Export {
   }
 
   tl::expected<std::vector<std::byte>, Failure> serialise() {
+    writer_.finish();
     // The container counts in 32 bits; the JSON needs room too.
     if (model_.buffers[0].data.size() > 0xF0000000U) {
       return tl::unexpected(Failure{"too_large", "export", "the file would be larger than 4 GB", "export fewer clips"});

@@ -21,6 +21,8 @@ constexpr float kNormalDust = 1e-3F;    // of a unit normal, 0.06 degrees
 constexpr float kShortestNormal = 0.7F;
 // A correction that no clip asks more of than this is left out: 0.1 of the largest sagitta is below 0.3 mm.
 constexpr double kLeastCorrection = 0.1;
+// Between the moments that are looked at, a clip may ask for a little more.
+constexpr double kMoreBetween = 1.05;
 
 glm::vec3 without_dust(glm::vec3 d, float dust) {
   return d.x * d.x + d.y * d.y + d.z * d.z < dust * dust ? glm::vec3(0.0F) : d;
@@ -143,7 +145,9 @@ void MorphTargets::choose_corrections() {
   std::fill(stage_.values.begin(), stage_.values.end(), 0.0F);
   for (std::size_t c = 0; c < all.size(); ++c) {
     const double least = all[c].kind == TurnCorrection::Kind::lid_contact ? 0.02 : kLeastCorrection;
-    if (most[c] > least) corrections_.push_back(all[c]);
+    if (most[c] <= least) continue;
+    corrections_.push_back(all[c]);
+    corrections_.back().whole = std::max(kMoreBetween * most[c], 1.0);
   }
 }
 
@@ -161,11 +165,13 @@ double MorphTargets::correction_weight(const TurnCorrection& correction, const T
     sum += w * u;
     squares += w * u * u;
   }
-  if (correction.kind == TurnCorrection::Kind::jaw_bend) return std::max(4.0 * (squares - now.jaw * now.jaw), 0.0);
+  const double whole = correction.whole;
+  if (correction.kind == TurnCorrection::Kind::jaw_bend)
+    return std::max(4.0 * (squares - now.jaw * now.jaw), 0.0) / whole;
   const double turned = now.lid[correction.eye];
   const double excess = std::max(sum - turned, 0.0);
-  if (correction.kind == TurnCorrection::Kind::lid_contact) return excess;
-  return std::max(4.0 * (squares - excess - turned * turned), 0.0);
+  if (correction.kind == TurnCorrection::Kind::lid_contact) return excess / whole;
+  return std::max(4.0 * (squares - excess - turned * turned), 0.0) / whole;
 }
 
 void MorphTargets::pose_correction(const TurnCorrection& correction, double u) {
@@ -241,6 +247,9 @@ LinearMesh::Target MorphTargets::straight_correction(const MorphedMesh& m, const
       straight.turned[v] += stage_.pose.normals[v] - normals[v];
     }
   }
+  const auto whole = static_cast<float>(correction.whole);
+  for (glm::vec3& d : straight.moved) d *= whole;
+  for (glm::vec3& n : straight.turned) n *= whole;
   return without_dust(std::move(straight));
 }
 

@@ -33,6 +33,9 @@ struct TurnCorrection {
   Kind kind = Kind::lid_bend;
   std::size_t eye = 0;
   std::string name;
+  /// The target holds so much of the shape above that no clip asks for more than a weight of 1: what shows a face may
+  /// stop there.
+  double whole = 1.0;
 };
 
 /// A node whose mesh has targets.

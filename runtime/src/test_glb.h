@@ -83,8 +83,9 @@ inline std::vector<glm::vec3> vectors(const tinygltf::Model& model, int index) {
     for (std::size_t i = 0; i < a.count; ++i) result[i] = read(data + i * stride);
   }
   if (a.sparse.isSparse) {
-    const unsigned char* values = view_bytes(model, a.sparse.values.bufferView);
-    const auto* indices = reinterpret_cast<const std::uint16_t*>(view_bytes(model, a.sparse.indices.bufferView));
+    const unsigned char* values = view_bytes(model, a.sparse.values.bufferView) + a.sparse.values.byteOffset;
+    const auto* indices = reinterpret_cast<const std::uint16_t*>(view_bytes(model, a.sparse.indices.bufferView) +
+                                                                 a.sparse.indices.byteOffset);
     for (std::size_t i = 0; i < static_cast<std::size_t>(a.sparse.count); ++i) {
       if (i > 0) {
         EXPECT_LT(indices[i - 1], indices[i]);

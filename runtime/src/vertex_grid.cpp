@@ -17,6 +17,9 @@ template std::int16_t step_of<std::int16_t>(float q);
 
 namespace {
 
+// One step of one component of what a target adds to a normal: 0.45 degrees.
+constexpr float kLeastTurn = 1.01F / 127.0F;
+
 template <typename Int>
 float rounded(float q) {
   return static_cast<float>(step_of<Int>(q)) / static_cast<float>(std::numeric_limits<Int>::max());
@@ -26,6 +29,8 @@ template <typename Int>
 glm::vec3 rounded(glm::vec3 q) {
   return {rounded<Int>(q.x), rounded<Int>(q.y), rounded<Int>(q.z)};
 }
+
+float square(glm::vec3 v) { return v.x * v.x + v.y * v.y + v.z * v.z; }
 
 float longest_side(glm::vec3 v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 
@@ -54,10 +59,17 @@ glm::vec3 place_on(const VertexGrid& grid, glm::vec3 p) {
   return grid.middle + grid.scale * rounded<std::int16_t>((p - grid.middle) / grid.scale);
 }
 
-void put_on(const VertexGrid& grid, LinearMesh& mesh) {
+void put_on(const VertexGrid& grid, LinearMesh& mesh, float least_m) {
   for (glm::vec3& p : mesh.positions) p = place_on(grid, p);
-  for (glm::vec3& n : mesh.normals) n = rounded<std::int16_t>(n);
-  for (LinearMesh::Target& target : mesh.targets) put_on(grid, target);
+  for (glm::vec3& n : mesh.normals) n = rounded<std::int8_t>(n);
+  for (LinearMesh::Target& target : mesh.targets) {
+    put_on(grid, target);
+    for (std::size_t v = 0; v < target.moved.size(); ++v) {
+      if (square(target.moved[v]) > least_m * least_m || square(target.turned[v]) > kLeastTurn * kLeastTurn) continue;
+      target.moved[v] = glm::vec3(0.0F);
+      target.turned[v] = glm::vec3(0.0F);
+    }
+  }
 }
 
 void fill_range(const VertexGrid& grid, LinearMesh::Target& target) {

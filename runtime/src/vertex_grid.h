@@ -10,7 +10,7 @@
 namespace nms::runtime {
 
 /// Vertices in whole numbers, as KHR_mesh_quantization has them: a place is middle + scale q, where q in [-1, 1] is
-/// written in 16 bits; a displacement is scale q. Normals are written in 16 bits, what targets add to them in 8.
+/// written in 16 bits; a displacement is scale q. Normals and what targets add to them are written in 8 bits.
 struct VertexGrid {
   glm::vec3 middle{0.0F};  ///< [m]
   float scale = 1.0F;      ///< [m]
@@ -25,7 +25,8 @@ template <typename Int>
 
 /// The nearest place, displacement, normal and change of a normal that the file can hold.
 [[nodiscard]] glm::vec3 place_on(const VertexGrid& grid, glm::vec3 p);
-void put_on(const VertexGrid& grid, LinearMesh& mesh);
+/// @param least_m  a vertex that a target moves by no more, nor turns by more than a step, it leaves where it is   [m]
+void put_on(const VertexGrid& grid, LinearMesh& mesh, float least_m);
 void put_on(const VertexGrid& grid, LinearMesh::Target& target);
 
 /// Makes a target whose weight is free as large as the file can hold it: rounding then counts least.

@@ -20,7 +20,7 @@ struct GltfOptions {
   /// Corrective targets are added until, in every clip, no vertex of a mesh with targets is further than this from
   /// where the runtime has it, and no normal turned by more than 3 degrees. 0: only those named below.  [m]
   double max_error_m = 0.0;
-  /// Vertices in whole numbers: KHR_mesh_quantization, which a reader must know. A third of the size.
+  /// Vertices in whole numbers: KHR_mesh_quantization, which a reader must know. Less than half of the size.
   bool quantize = false;
 };
 
@@ -59,9 +59,12 @@ struct GltfReport {
 /// With `max_error_m`, `fix.<landmark>.<number>` follow: what the others lack at the worst moments of the clips,
 /// weighed so that the sum of squares is least (matching pursuit).
 ///
-/// Quantized, positions are 16-bit steps of a grid about the mesh, 3 um wide for a head with shoulders, and what targets
-/// add to normals 8-bit ones; the grid's place and size stand in the skin's inverse bind matrices and the nodes of
-/// rigid meshes.
+/// Weights of corrective targets of the first kind stay within 1: the targets are as large as the clips need them.
+///
+/// Quantized, positions are 16-bit steps of a grid about the mesh, 5 um wide for a head with shoulders; normals, what
+/// targets add to them, and shares of joints are 8-bit ones; weights of targets 16-bit ones where all are within 0 and 1.
+/// A target leaves vertices out that it moves by 10 um and turns by 0.5 degrees at most. The grid's place and size stand
+/// in the skin's inverse bind matrices and the nodes of rigid meshes.
 ///
 /// The same input gives the same bytes on every machine.
 ///
