@@ -32,7 +32,10 @@ constexpr glm::vec3 kFillColor{0.50F, 0.54F, 0.62F};
 constexpr glm::vec3 kRimColor{0.8F, 0.85F, 0.95F};
 constexpr glm::vec3 kSkyColor{0.62F, 0.66F, 0.72F};
 constexpr glm::vec3 kGroundColor{0.36F, 0.32F, 0.30F};
+/// Where the sky is hidden, skin is what hides it, and sends some of its light on: a mouth is dark, not blue.
+constexpr glm::vec3 kBounceColor{0.52F, 0.37F, 0.29F};
 constexpr float kKeySpread = 0.22F;  // radius of the key's disc at distance 1
+constexpr int kEdgeRays = 3;         // to the key, from each ray of a pixel at a shadow's edge
 constexpr glm::vec3 kBackdropTop{0.36F, 0.39F, 0.42F};
 constexpr glm::vec3 kBackdropBottom{0.62F, 0.64F, 0.65F};
 /// How far red, green and blue wrap round translucent skin.
@@ -44,6 +47,12 @@ struct Reach {
   float key = 1.0F;  ///< share of the key light that is seen
 };
 using Reaches = std::vector<Reach>;  // by vertex
+
+/// One ray of a pixel.
+struct PixelSample {
+  int turn;  ///< which of four neighbouring pixels
+  int ray;
+};
 
 struct Releaser {
   void operator()(RTCDevice device) const { embree()->rtcReleaseDevice(device); }
@@ -139,7 +148,8 @@ class Renderer {
         for (int s = 0; s < kSamplesAcross * kSamplesAcross; ++s) {
           const float dx = (static_cast<float>(s % kSamplesAcross) + 0.5F) / kSamplesAcross;
           const float dy = (static_cast<float>(s / kSamplesAcross) + 0.5F) / kSamplesAcross;
-          sum += tone_mapped(seen(view, static_cast<float>(column) + dx, static_cast<float>(row) + dy));
+          const PixelSample sample{static_cast<int>(row % 2) * 2 + column % 2, s};
+          sum += tone_mapped(seen(view, static_cast<float>(column) + dx, static_cast<float>(row) + dy, sample));
         }
         const glm::vec3 mean = sum / static_cast<float>(kSamplesAcross * kSamplesAcross);
         const std::size_t at = (row * static_cast<std::size_t>(options_.width) + column) * 3;
@@ -227,22 +237,24 @@ class Renderer {
     return open / static_cast<float>(rays);
   }
 
-  float key_seen(const glm::vec3& from) const {
+  /// Whether a place of the key's disc is seen; h.x counts its area from the middle, h.y goes round.
+  bool key_seen(const glm::vec3& from, const glm::vec2& h) const {
     static const glm::mat3 frame = frame_about(kKeyDirection);
+    const float r = kKeySpread * std::sqrt(h.x);
+    const glm::vec3 local(r * std::cos(2.0F * kPi * h.y), r * std::sin(2.0F * kPi * h.y), 1.0F);
+    return !blocked(from, glm::normalize(frame * local), 1.0F);
+  }
+
+  float key_share(const glm::vec3& from) const {
     int seen = 0;
     const auto rays = static_cast<std::uint32_t>(options_.key_rays);
-    for (std::uint32_t i = 0; i < rays; ++i) {
-      const glm::vec2 h = hammersley(i, rays);
-      const float r = kKeySpread * std::sqrt(h.x);
-      const glm::vec3 local(r * std::cos(2.0F * kPi * h.y), r * std::sin(2.0F * kPi * h.y), 1.0F);
-      seen += blocked(from, glm::normalize(frame * local), 1.0F) ? 0 : 1;
-    }
+    for (std::uint32_t i = 0; i < rays; ++i) seen += key_seen(from, hammersley(i, rays)) ? 1 : 0;
     return static_cast<float>(seen) / static_cast<float>(rays);
   }
 
   Reach reach_at(const glm::vec3& position, const glm::vec3& normal) const {
     const glm::vec3 from = position + normal * kLift;
-    return {openness(from, frame_about(normal)), key_seen(from)};
+    return {openness(from, frame_about(normal)), key_share(from)};
   }
 
   void light() {
@@ -263,7 +275,7 @@ class Renderer {
     }
   }
 
-  glm::vec3 seen(const View& view, float x, float y) const {
+  glm::vec3 seen(const View& view, float x, float y, const PixelSample& sample) const {
     const glm::vec3 at =
         view.target + view.right * ((x - view.middle.x) * view.pixel) + view.up * ((view.middle.y - y) * view.pixel);
     const glm::vec3 direction = glm::normalize(at - view.eye);
@@ -274,10 +286,34 @@ class Renderer {
     hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     embree_.rtcIntersect1(scene_.get(), &context, &hit);
     if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return glm::mix(kBackdropTop, kBackdropBottom, y / view.height);
-    return shade(hit, direction);
+    return shade(hit, direction, sample);
   }
 
-  glm::vec3 shade(const RTCRayHit& hit, const glm::vec3& direction) const {
+  /// The key's share where the corners of a triangle do not agree: looked for from the place itself. The place is
+  /// lifted from the flat triangle to the round surface that the normals tell of, else facets shade one another:
+  /// Hanika, Hacking the Shadow Terminator, Ray Tracing Gems II (2021), ch. 4.
+  float key_at_edge(const Mesh& mesh, const std::uint32_t* corner, const std::array<float, 3>& weight, float facing,
+                    const glm::vec3& normal, const PixelSample& sample) const {
+    glm::vec3 flat(0.0F);
+    for (int i = 0; i < 3; ++i) flat += weight[i] * mesh.positions[corner[i]];
+    glm::vec3 from = flat + normal * kLift;
+    for (int i = 0; i < 3; ++i) {
+      const glm::vec3 up = facing * mesh.normals[corner[i]];
+      from -= weight[i] * std::min(0.0F, glm::dot(flat - mesh.positions[corner[i]], up)) * up;
+    }
+    // All places that a pixel looks to cover the disc; its neighbours' lie between them, so that no steps are seen.
+    constexpr std::uint32_t kAll = kEdgeRays * kSamplesAcross * kSamplesAcross;
+    const float shift = static_cast<float>(sample.turn) / 4.0F;
+    int seen = 0;
+    for (std::uint32_t i = 0; i < kEdgeRays; ++i) {
+      glm::vec2 h = hammersley(static_cast<std::uint32_t>(sample.ray) * kEdgeRays + i, kAll);
+      h += glm::vec2(shift - 0.375F, shift) / static_cast<float>(kAll);
+      seen += key_seen(from, h) ? 1 : 0;
+    }
+    return static_cast<float>(seen) / kEdgeRays;
+  }
+
+  glm::vec3 shade(const RTCRayHit& hit, const glm::vec3& direction, const PixelSample& sample) const {
     const Mesh& mesh = meshes_[hit.hit.geomID];
     const std::uint32_t* corner = &mesh.triangles[static_cast<std::size_t>(hit.hit.primID) * 3];
     const std::array<float, 3> weight{1.0F - hit.hit.u - hit.hit.v, hit.hit.u, hit.hit.v};
@@ -296,6 +332,8 @@ class Renderer {
       reach.sky += weight[i] * reaches[corner[i]].sky;
       reach.key += weight[i] * reaches[corner[i]].key;
     }
+    if (reach.key > 0.001F && reach.key < 0.999F)
+      reach.key = key_at_edge(mesh, corner, weight, behind ? -1.0F : 1.0F, normal, sample);
     color *= mesh.color;
 
     const auto lit = [&](const glm::vec3& to_light) {
@@ -303,11 +341,11 @@ class Renderer {
       return glm::max((glm::vec3(glm::dot(normal, to_light)) + wrap) / (1.0F + wrap), glm::vec3(0.0F));
     };
     // Light that is kept out is not black in skin: it comes through reddened.
-    const glm::vec3 key_share =
+    const glm::vec3 key =
         glm::mix(glm::vec3(reach.key), glm::vec3(std::sqrt(reach.key), reach.key, reach.key), mesh.translucence);
     const glm::vec3 sky = glm::mix(kGroundColor, kSkyColor, normal.y * 0.5F + 0.5F);
-    const glm::vec3 light = kKeyColor * lit(kKeyDirection) * key_share + kFillColor * lit(kFillDirection) * reach.sky +
-                            kRimColor * lit(kRimDirection) * reach.sky + sky * reach.sky;
+    const glm::vec3 light = kKeyColor * lit(kKeyDirection) * key + kFillColor * lit(kFillDirection) * reach.sky +
+                            kRimColor * lit(kRimDirection) * reach.sky + glm::mix(kBounceColor, sky, reach.sky);
     return color * light * 0.5F + highlight(normal, direction, mesh.roughness, kKeyDirection) * kKeyColor * reach.key +
            highlight(normal, direction, mesh.roughness, kFillDirection) * kFillColor * reach.sky;
   }

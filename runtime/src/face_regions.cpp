@@ -33,11 +33,9 @@ constexpr double kLipDeepest = 0.026;  // [m]
 // Where the lips' red ends and the lining begins.
 constexpr double kLiningFrom = 0.010;  // [m]
 constexpr double kLiningAll = 0.016;   // [m]
-// The jaw's share of the upper lip's, of the lower lip's middle; between them it grows over this share of the way from
-// the corner to the middle of a lip, to either side of the corner.
+// The jaw's share of the upper lip's, of the lower lip's middle.
 constexpr double kJawOfUpperLip = 0.03;
 constexpr double kJawOfLowerLip = 0.85;
-constexpr double kJawSpan = 0.75;
 // Skin slides over the chin: it takes so much of the bone's turn.
 constexpr double kJawOfSkin = 0.90;
 // A lid goes whole as far as the first of these shares of the way to brow or cheek, and not at all from the second.
@@ -218,7 +216,7 @@ class RegionMaker {
       if (!jaw_) continue;
       // Along the mouth, so that a lip opens whole, from its red to its lining.
       const double along = std::max(1.0 - std::abs(places_[v].x) / corner, 0.0);
-      const double opened = smooth_rise(-kJawSpan, kJawSpan, (2.0 * lower_share - 1.0) * along);
+      const double opened = 0.5 + (lower_share - 0.5) * lip_opening(along);
       double jaw = kJawOfUpperLip + (kJawOfLowerLip - kJawOfUpperLip) * opened;
       if (within[v]) jaw *= along_jaw_[v];
       double& share = (*jaw_)[v];

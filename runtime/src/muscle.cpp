@@ -64,6 +64,11 @@ double smooth_fall(double t) {
 
 double smooth_rise(double from, double to, double at) { return 1.0 - smooth_fall((at - from) / (to - from)); }
 
+double lip_opening(double t) {
+  const double rest = 1.0 - std::clamp(t, 0.0, 1.0);
+  return 1.0 - rest * rest;
+}
+
 double radial_factor(Falloff law, double distance, double insertion, double dissipation) {
   double factor = 1.0;
   if (distance <= insertion) {

@@ -6,6 +6,8 @@
 #include <map>
 #include <vector>
 
+#include <nms/runtime/muscle.h>
+
 #include "lids.h"
 
 namespace nms::fit_face {
@@ -26,11 +28,9 @@ bool is_one_of(const std::string& name, const std::array<const char*, N>& names)
 constexpr double kLipSpans = 32;
 // Upper turns to lower lip over this many spans to either side of the corner.
 constexpr double kCornerSpans = 2.5;
-// The jaw's share of the upper and of the lower lip, in their middles: the upper one is drawn along a little. Between
-// them it grows over this many spans to either side of the corner, or an open mouth is a box.
+// The jaw's share of the upper and of the lower lip, in their middles: the upper one is drawn along a little.
 constexpr double kJawOfUpperLip = .03;
 constexpr double kJawOfLowerLip = .85;
-constexpr double kJawSpans = 12;
 // Skin slides over the chin: it takes so much of the bone's turn (42 of 49 mm at the widest, on the reference face).
 constexpr double kJawOfSkin = .90;
 
@@ -82,7 +82,9 @@ void Regions::around_mouth(const std::string& name, const runtime::NetSurface* s
   const double lower = smooth_step(mouth_corner_ - kCornerSpans, mouth_corner_ + kCornerSpans, along);
   w.lip_upper = (1 - lower) * keep;
   w.lip_lower = lower * keep;
-  const double opened = smooth_step(mouth_corner_ - kJawSpans, mouth_corner_ + kJawSpans, along);
+  const double opened = along < mouth_corner_
+                            ? .5 - .5 * runtime::lip_opening((mouth_corner_ - along) / mouth_corner_)
+                            : .5 + .5 * runtime::lip_opening((along - mouth_corner_) / (kLipSpans - mouth_corner_));
   const double jaw = kJawOfUpperLip + (kJawOfLowerLip - kJawOfUpperLip) * opened;
   w.jaw += (jaw - w.jaw) * keep;
   if (name == "lining") w.lining = b.across;

@@ -16,13 +16,16 @@ namespace {
 
 double bump(double x, double centre, double width) { return std::exp(-std::pow((x - centre) / width, 2)); }
 
+// An ellipse's quadrant: 0 at 0 with an upright tangent, 1 from 1 on.
+double round_end(double t) { return t < 1 ? std::sqrt(t * (2 - t)) : 1; }
+
 // A band from the nose (u = 0) outwards, arched, thinning to its tail; v across it, thickest in its middle. [mm]
 glm::dvec3 brow(const SkinMesh& skin, double u, double v) {
   const double across = 2 * v - 1;
   const double x = 10.5 + 49 * u;
   const double middle = 59.8 + 5.4 * smooth_step(0, .7, u) - 8.5 * smooth_step(.6, 1.05, u);
   const double half_width =
-      (3.4 + .9 * smooth_step(0, .25, u)) * (1 - .82 * smooth_step(.4, 1, u)) * (.5 + .5 * smooth_step(0, .12, u));
+      (3.4 + .9 * smooth_step(0, .25, u)) * (1 - .82 * smooth_step(.4, 1, u)) * (.22 + .78 * round_end(u / .13));
   const double lift = .15 + .75 * (1 - across * across) * smooth_step(-.1, .12, u) * (1.05 - smooth_step(.8, 1.1, u));
   const double y = middle + half_width * across;
   const auto place = skin.cast({x, y, 300}, {0, 0, -1}, SkinMesh::Hit::first);

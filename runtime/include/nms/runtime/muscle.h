@@ -33,6 +33,11 @@ struct Pull {
 /// Rises from 0 at `from` to 1 at `to` in the same way.
 [[nodiscard]] double smooth_rise(double from, double to, double at);
 
+/// How far a lip goes with the jaw between the mouth's corner (t = 0) and the lip's middle (t = 1), as a share of the
+/// way from what the corner does to what the middle does: 1 - (1 - t)^2. A mouth that opens is round: CASSI's parabolic
+/// track, as for rolls below.
+[[nodiscard]] double lip_opening(double t);
+
 /// Radial factor r of a linear muscle: 0 at the attachment, 1 at distance `insertion`, 0 from `dissipation` on.
 /// thesis: sin(d/I pi/2) inside, cos((d-I)/(D-I) pi/2) outside. smooth: its square, so that the slope is continuous at
 /// I and D, and next to the attachment the skin does not crease.
