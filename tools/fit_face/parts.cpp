@@ -89,18 +89,20 @@ glm::dvec3 mouth_bag(double u, double v) {
 // The bag's lower half again, for the jaw to take along: else an open mouth shows what is behind the head. [mm]
 glm::dvec3 mouth_floor(double u, double v) { return mouth_bag(0.25 + 0.5 * u, v); }
 
-// A dark ellipsoid over the nostril's inner end. [mm]
-Shape nostril_cap(const Model& m) {
+// The middle of a closed curve of 16 spans or fewer. [mm]
+glm::dvec3 middle_of(const Model& m, const char* name, int spans) {
   glm::dvec3 centre(0.0);
-  const std::uint32_t end = m.curve("ND");
-  for (int i = 0; i < 16; ++i) {
-    const glm::dvec3 p = m.curve_point(end, i) * kMillimetres;
-    centre += p / 16.0;
-  }
+  const std::uint32_t curve = m.curve(name);
+  for (int i = 0; i < spans; ++i) centre += m.curve_point(curve, i) * kMillimetres / static_cast<double>(spans);
+  return centre;
+}
+
+// An ellipsoid about a hole's inner end; dark, it stands for what lies behind. [mm]
+Shape cap(const glm::dvec3& centre, const glm::dvec3& radii) {
   return [=](double u, double v) {
     const double p = -2 * pi * u;
     const double a = pi * v;
-    return centre + glm::dvec3(6.3 * std::sin(a) * std::cos(p), 1.5 + 6.0 * std::cos(a), 7 * std::sin(a) * std::sin(p));
+    return centre + radii * glm::dvec3(std::sin(a) * std::cos(p), std::cos(a), std::sin(a) * std::sin(p));
   };
 }
 
@@ -136,7 +138,12 @@ void add_parts(const Model& m, const Materials& materials, runtime::FaceFile& fi
   single("gums_upper", 20, 2, gum(-24.5, -12, 0), "head", materials.gums, {2, 2});
   single("gums_lower", 20, 2, gum(-43, -55, 2.2), "jaw", materials.gums, {2, 2});
   single("tongue", 16, 10, tongue, "jaw", materials.tongue, {2, 2});
-  add(surface_through("nostril_cap", 12, 6, nostril_cap(m)), "nostril_cap_left", "head", materials.dark, {1, 1}, true);
+  const auto stop = [&](const char* name, const char* part, const glm::dvec3& centre, const glm::dvec3& radii) {
+    add(surface_through(name, 12, 6, cap(centre, radii)), part, "head", materials.dark, {1, 1}, true);
+  };
+  stop("nostril_cap", "nostril_cap_left", middle_of(m, "ND", 16) + glm::dvec3(0, 1.5, 0), {6.3, 6.0, 7});
+  // The canal's end is a long hole.
+  stop("ear_cap", "ear_cap_left", middle_of(m, "EC", 24) - glm::dvec3(1.5, 0, 0), {2, 6, 4});
   single("mouth_bag", 16, 8, mouth_bag, "head", materials.dark, {2, 2});
   single("mouth_floor", 8, 8, mouth_floor, "jaw", materials.dark, {2, 2});
 }
