@@ -320,6 +320,39 @@ TEST_F(GltfExport, TheTongueHasATargetOfItsOwn) {
   }
 }
 
+TEST_F(GltfExport, WithoutClipsTheJawsTargetsTakeTheTeethAlong) {
+  const program::Image image = test_program("");
+  const Rig rig = bind(face_, image.program()).value();
+  const tinygltf::Model model = read_model(export_glb(face_, rig, image.program(), {{}, true, false}).value());
+  const auto mesh_of = [&](const char* node) {
+    const int index = model.nodes[static_cast<std::size_t>(node_named(model, node))].mesh;
+    return static_cast<std::size_t>(index);
+  };
+  EXPECT_EQ(target_names(model, mesh_of("teeth_lower")), std::vector<std::string>{"AU26"});
+  EXPECT_EQ(target_names(model, mesh_of("tongue")), (std::vector<std::string>{"AU19", "AU26"}));
+  // As the jaw's node would turn them.
+  Pose pose = make_pose(face_, rig);
+  std::vector<float> values(rig.channel_count(), 0.0F);
+  for (std::uint32_t c = 0; c < image.program().channels.size(); ++c)
+    if (image.program().string(image.program().channels[c].name) == "AU26") values[c] = 1.0F;
+  pose_face(face_, rig, values, pose);
+  const Placement& jaw = pose.placements[static_cast<std::size_t>(Frame::jaw)];
+  for (const RigidMesh& m : face_.rigid) {
+    if (m.frame != Frame::jaw) continue;
+    const auto& primitive = model.meshes[mesh_of(m.name.c_str())].primitives[0];
+    const std::vector<glm::vec3> moved = vectors(model, primitive.targets.back().at("POSITION"));
+    const std::vector<glm::vec3> turned = vectors(model, primitive.targets.back().at("NORMAL"));
+    ASSERT_EQ(moved.size(), m.positions.size());
+    for (std::size_t v = 0; v < moved.size(); ++v) {
+      const glm::dvec3 p(m.positions[v]);
+      const glm::dvec3 n(m.normals[v]);
+      EXPECT_LT(glm::distance(glm::dvec3(moved[v]), jaw.rotation * p + jaw.translation - p), 1e-6) << m.name;
+      EXPECT_LT(glm::distance(glm::dvec3(turned[v]), jaw.rotation * n - n), 1e-3) << m.name;
+      EXPECT_GT(glm::length(moved[v]), 0.001F);
+    }
+  }
+}
+
 TEST_F(GltfExport, RefusesAClipThatThereIsNot) {
   const auto bytes = export_glb(face_, rig_, image_.program(), {{"nobody"}, false, false});
   ASSERT_FALSE(bytes.has_value());

@@ -6,6 +6,7 @@
 #include <nms/runtime/rig.h>
 
 #include "gltf_names.h"
+#include "rig_parts.h"
 
 namespace nms::runtime {
 
@@ -205,11 +206,15 @@ void MorphTargets::make_meshes() {
     meshes_.push_back(std::move(skin));
   }
   for (std::uint32_t index = 0; index < stage_.face.rigid.size(); ++index) {
-    if (stage_.pose.parts[index].empty()) continue;
+    const bool bends = !stage_.pose.parts[index].empty();
+    const bool rides = rides_by_targets(index);
+    if (!bends && !rides) continue;
     MorphedMesh part;
     part.name = stage_.face.rigid[index].name;
     part.part = index;
-    part.targets = choose_targets([&](ChannelId c) { return stage_.rig.moves_part(c, index); });
+    part.targets = choose_targets([&](ChannelId c) {
+      return (bends && stage_.rig.moves_part(c, index)) || (rides && turns_jaw(static_cast<std::uint32_t>(c)));
+    });
     part.linear.positions = stage_.face.rigid[index].positions;
     part.linear.normals = stage_.face.rigid[index].normals;
     if (!part.targets.empty()) meshes_.push_back(std::move(part));
@@ -217,16 +222,43 @@ void MorphTargets::make_meshes() {
   for (MorphedMesh& m : meshes_) {
     for (const MorphTarget& target : m.targets) {
       stage_.pose_alone(target.channel, target.sign);
-      LinearMesh::Target straight = still_target(m);
-      for (std::size_t v = 0; v < straight.moved.size(); ++v) {
-        straight.moved[v] = m.posed(stage_.pose)[v] - m.linear.positions[v];
-        straight.turned[v] = m.posed_normals(stage_.pose)[v] - m.linear.normals[v];
-      }
-      m.linear.targets.push_back(without_dust(std::move(straight)));
+      m.linear.targets.push_back(without_dust(straight_target(m)));
     }
     for (const TurnCorrection& correction : m.corrections)
       m.linear.targets.push_back(straight_correction(m, correction));
   }
+}
+
+// A file without clips is driven from outside, by its targets alone: what the jaw carries has to come with them.
+bool MorphTargets::rides_by_targets(std::uint32_t part) const {
+  return all_ && clips_.empty() && stage_.face.rigid[part].frame == Frame::jaw;
+}
+
+bool MorphTargets::turns_jaw(std::uint32_t channel) {
+  stage_.pose_alone(channel, 1.0F);
+  const FrameMotion& jaw = stage_.pose.motions[static_cast<std::size_t>(Frame::jaw)];
+  return jaw.rotation != FrameMotion{}.rotation || jaw.translation != FrameMotion{}.translation;
+}
+
+LinearMesh::Target MorphTargets::straight_target(const MorphedMesh& m) {
+  LinearMesh::Target straight = still_target(m);
+  const std::vector<glm::vec3>& rest = m.linear.positions;
+  const std::vector<glm::vec3>& normals = m.linear.normals;
+  const bool bends = !m.part || !stage_.pose.parts[*m.part].empty();
+  const std::vector<glm::vec3>& places = bends ? m.posed(stage_.pose) : rest;
+  const std::vector<glm::vec3>& turned = bends ? m.posed_normals(stage_.pose) : normals;
+  const bool rides = m.part && rides_by_targets(static_cast<std::uint32_t>(*m.part));
+  const Placement jaw = rides ? jaw_in_head(stage_.rig, stage_.pose) : Placement{};
+  for (std::size_t v = 0; v < rest.size(); ++v) {
+    if (rides) {
+      straight.moved[v] = glm::vec3(transform(jaw, glm::dvec3(places[v]))) - rest[v];
+      straight.turned[v] = glm::vec3(jaw.rotation * glm::dvec3(turned[v])) - normals[v];
+    } else {
+      straight.moved[v] = places[v] - rest[v];
+      straight.turned[v] = turned[v] - normals[v];
+    }
+  }
+  return straight;
 }
 
 LinearMesh::Target MorphTargets::straight_correction(const MorphedMesh& m, const TurnCorrection& correction) {

@@ -100,6 +100,10 @@ class MorphTargets {
   float target_weight(const MorphTarget& target) const;
   double correction_weight(const TurnCorrection& correction, const Turns& now) const;
   void pose_correction(const TurnCorrection& correction, double u);
+  [[nodiscard]] bool rides_by_targets(std::uint32_t part) const;
+  bool turns_jaw(std::uint32_t channel);
+  /// From rest to the pose as it stands.
+  LinearMesh::Target straight_target(const MorphedMesh& m);
   LinearMesh::Target straight_correction(const MorphedMesh& m, const TurnCorrection& correction);
 
   ClipStage& stage_;

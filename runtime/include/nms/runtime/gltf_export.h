@@ -15,8 +15,10 @@ namespace nms::runtime {
 
 struct GltfOptions {
   std::vector<std::string> clips;  ///< names, in the order they are written; empty: every clip of the program
-  bool all_targets = false;        ///< write targets of every actuated AU, not only of those the clips use
-  bool dense = false;              ///< plain accessors for morph targets: larger, for importers without sparse ones
+  /// Write targets of every actuated AU, not only of those the clips use. A file that has no clips is driven from
+  /// outside, by its targets alone: there what the jaw carries has targets of the jaw's AUs too.
+  bool all_targets = false;
+  bool dense = false;  ///< plain accessors for morph targets: larger, for importers without sparse ones
   /// Corrective targets are added until, in every clip, no vertex of a mesh with targets is further than this from
   /// where the runtime has it, and no normal turned by more than 3 degrees. 0: only those named below.  [m]
   double max_error_m = 0.0;
@@ -54,7 +56,8 @@ struct GltfReport {
 /// Nodes: root -> torso -> head -> {jaw, eye_left, eye_right}, rigid meshes below their frame; metres, +y up, face to
 /// +z. Animations: every target's weight and every moving node's rotation and translation, LINEAR keys set where the
 /// curve bends: at most 0.2 % of an AU and 0.02 degrees off. Times start at 0; `extras.start_s` says where the clip's
-/// own clock stands there. Names are of letters, digits, `_` and `-`, each once; `extras.clip` is the clip's own. A jump becomes a ramp of 1 ms. What a clip does not speak of is at rest.
+/// own clock stands there. Names are of letters, digits, `_` and `-`, each once; `extras.clip` is the clip's own. A
+/// jump becomes a ramp of 1 ms. What a clip does not speak of is at rest.
 ///
 /// With `max_error_m`, `fix.<landmark>.<number>` follow: what the others lack at the worst moments of the clips,
 /// weighed so that the sum of squares is least (matching pursuit).
@@ -62,9 +65,9 @@ struct GltfReport {
 /// Weights of corrective targets of the first kind stay within 1: the targets are as large as the clips need them.
 ///
 /// Quantized, positions are 16-bit steps of a grid about the mesh, 5 um wide for a head with shoulders; normals, what
-/// targets add to them, and shares of joints are 8-bit ones; weights of targets 16-bit ones where all are within 0 and 1.
-/// A target leaves vertices out that it moves by 10 um and turns by 0.5 degrees at most. The grid's place and size stand
-/// in the skin's inverse bind matrices and the nodes of rigid meshes.
+/// targets add to them, and shares of joints are 8-bit ones; weights of targets 16-bit ones where all are within 0
+/// and 1. A target leaves vertices out that it moves by 10 um and turns by 0.5 degrees at most. The grid's place and
+/// size stand in the skin's inverse bind matrices and the nodes of rigid meshes.
 ///
 /// The same input gives the same bytes on every machine.
 ///
