@@ -321,4 +321,18 @@ TEST(Ada, TheWhQuestionMovesTheBrows) {
   EXPECT_GE(most, 0.003);
 }
 
+TEST(Ada, TheMouthIsDarkerWithin) {
+  int parts = 0;
+  for (const runtime::RigidMesh& m : face().rigid) {
+    if (m.name.rfind("teeth", 0) != 0 && m.name != "tongue") continue;
+    ASSERT_EQ(m.colors.size(), m.positions.size()) << m.name;
+    const auto [back, front] =
+        std::minmax_element(m.positions.begin(), m.positions.end(), [](auto& a, auto& b) { return a.z < b.z; });
+    const auto light = [&](auto at) { return m.colors[static_cast<std::size_t>(at - m.positions.begin())].x; };
+    EXPECT_LT(light(back), 0.6F * light(front)) << m.name;
+    ++parts;
+  }
+  EXPECT_EQ(parts, 3);
+}
+
 }  // namespace

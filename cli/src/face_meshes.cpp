@@ -64,7 +64,7 @@ std::vector<picture::Mesh> face_meshes(const runtime::Face& face, const runtime:
     for (glm::vec3& p : positions) p = glm::vec3(placement.rotation * glm::dvec3(p) + placement.translation);
     for (glm::vec3& n : normals) n = glm::vec3(placement.rotation * glm::dvec3(n));
     for (const runtime::Primitive& p : part.primitives)
-      meshes.push_back(mesh_of(p, face.materials[p.material], positions, normals, {}));
+      meshes.push_back(mesh_of(p, face.materials[p.material], positions, normals, part.colors));
   }
   return meshes;
 }

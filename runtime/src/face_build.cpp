@@ -450,6 +450,7 @@ class FaceBuilder {
         for (const double u : lines_u) {
           ids.push_back(static_cast<std::uint32_t>(mesh->positions.size()));
           mesh->positions.emplace_back(glm::vec3(apply(scene_.transforms[use.transform], evaluate(nurbs, u, v).point)));
+          mesh->colors.push_back(tint_at(surface, u, v));
         }
       }
       std::vector<std::uint32_t> triangles;
@@ -462,7 +463,12 @@ class FaceBuilder {
       }
       add_triangles(surface.material, triangles, ids, flip, mesh->primitives);
     }
-    for (RigidMesh& mesh : face_.rigid) smooth(mesh);
+    for (RigidMesh& mesh : face_.rigid) {
+      smooth(mesh);
+      const bool plain =
+          std::all_of(mesh.colors.begin(), mesh.colors.end(), [](const glm::vec3& c) { return c == glm::vec3(1.0F); });
+      if (plain) mesh.colors.clear();
+    }
     return std::nullopt;
   }
 

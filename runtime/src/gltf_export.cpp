@@ -171,10 +171,7 @@ class Export {
     MorphedMesh* morphed = morphs_->mesh_of(std::nullopt);
     const VertexGrid grid = grid_for(morphed, positions, glm::vec3(0.0F));
     add_vertices(shared, positions, normals, grid);
-    if (!face_.skin.colors.empty()) {
-      shared.attributes["COLOR_0"] =
-          options_.quantize ? writer_.colors(face_.skin.colors) : writer_.vectors(face_.skin.colors, false);
-    }
+    add_colors(shared, face_.skin.colors);
     add_joints(shared, grid);
 
     if (morphed != nullptr) add_targets(shared, *morphed);
@@ -219,6 +216,11 @@ class Export {
       primitive.attributes["POSITION"] = writer_.vectors(positions, true);
       primitive.attributes["NORMAL"] = writer_.vectors(normals, false);
     }
+  }
+
+  void add_colors(tinygltf::Primitive& primitive, const std::vector<glm::vec3>& colors) {
+    if (!colors.empty())
+      primitive.attributes["COLOR_0"] = options_.quantize ? writer_.colors(colors) : writer_.vectors(colors, false);
   }
 
   void add_targets(tinygltf::Primitive& primitive, const MorphedMesh& m) {
@@ -311,6 +313,7 @@ class Export {
         if (primitive.triangles.empty()) continue;
         if (!written) {
           add_vertices(shared, positions, rigid.normals, grid);
+          add_colors(shared, rigid.colors);
           if (morphed != nullptr) add_targets(shared, *morphed);
           written = true;
         }

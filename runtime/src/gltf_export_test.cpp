@@ -353,6 +353,20 @@ TEST_F(GltfExport, WithoutClipsTheJawsTargetsTakeTheTeethAlong) {
   }
 }
 
+TEST_F(GltfExport, PartsKeepTheirColours) {
+  for (RigidMesh& m : face_.rigid)
+    if (m.name == "teeth_lower") m.colors.assign(m.positions.size(), glm::vec3(0.5F, 0.25F, 0.125F));
+  const tinygltf::Model model = read_model(export_glb(face_, rig_, image_.program(), only_default()).value());
+  const auto attributes_of = [&](const char* node) {
+    const int mesh = model.nodes[static_cast<std::size_t>(node_named(model, node))].mesh;
+    return model.meshes[static_cast<std::size_t>(mesh)].primitives[0].attributes;
+  };
+  EXPECT_EQ(attributes_of("tongue").count("COLOR_0"), 0U);
+  const auto attributes = attributes_of("teeth_lower");
+  ASSERT_EQ(attributes.count("COLOR_0"), 1U);
+  for (const glm::vec3& c : vectors(model, attributes.at("COLOR_0"))) EXPECT_EQ(c, glm::vec3(0.5F, 0.25F, 0.125F));
+}
+
 TEST_F(GltfExport, RefusesAClipThatThereIsNot) {
   const auto bytes = export_glb(face_, rig_, image_.program(), {{"nobody"}, false, false});
   ASSERT_FALSE(bytes.has_value());

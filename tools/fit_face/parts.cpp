@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include <glm/common.hpp>
+
 #include "lids.h"
 #include "surface_through.h"
 
@@ -18,7 +20,9 @@ using std::numbers::pi;
 constexpr double kEyeball_mm = 15.2;
 constexpr double kCornea_mm = .2;  // above the sphere, fading out at 24 degrees; the lids slide 0.15 mm above that
 
-constexpr int kTeethASide = 7;
+constexpr int kTeethASide = 8;
+constexpr double kArch = 1.463;        // half of the arch that they stand on [rad]
+constexpr double kDeepestLight = .25;  // share of the light at the back of the mouth
 
 // A ring of the eyeball about its axis of view, from one angle off that axis to another. [degrees]
 Shape eye_ring(double from, double to, double bulge) {
@@ -32,7 +36,7 @@ Shape eye_ring(double from, double to, double bulge) {
 
 // The arch that the teeth stand on, from the right (-1) to the left (1), `off` mm outwards. y is 0.
 glm::dvec3 arch(double t, double off) {
-  const double angle = t * 1.28;
+  const double angle = t * kArch;
   return {(27.5 + off) * std::sin(angle), 0, 66 + (38 + off) * std::cos(angle)};
 }
 
@@ -79,15 +83,28 @@ glm::dvec3 tongue(double u, double v) {
   return {half_width * std::sin(p), -42.5 - 2.5 * v * v + half_height * std::cos(p) - furrow, 46 + 44 * v};
 }
 
-// A bag that is open to the front, behind the lining. [mm]
-glm::dvec3 mouth_bag(double u, double v) {
+// A bag that is open to the front, behind the lining. From its rim on it reaches forward, to where the lining begins,
+// as far as `reach` says: a lip that is drawn up or down shows no gap behind it. [mm]
+glm::dvec3 mouth_bag(double u, double v, double reach) {
+  constexpr double kRim = .8;
   const double p = 2 * pi * u;
-  const double a = v * 2.45;
-  return {31 * std::sin(a) * std::sin(p), -36 + 30 * std::sin(a) * std::cos(p), 71 - 31 * std::cos(a)};
+  const double a = std::min(v / kRim, 1.0) * 2.45;
+  const glm::dvec3 bag(31 * std::sin(a) * std::sin(p), -36 + 30 * std::sin(a) * std::cos(p), 71 - 31 * std::cos(a));
+  const auto square = [](double x) { return std::copysign(std::pow(std::abs(x), .6), x); };
+  const glm::dvec3 front(20 * square(std::sin(p)), -36 + 18 * square(std::cos(p)), 103);
+  return glm::mix(bag, front, reach * std::max(0.0, (v - kRim) / (1 - kRim)));
 }
 
-// The bag's lower half again, for the jaw to take along: else an open mouth shows what is behind the head. [mm]
-glm::dvec3 mouth_floor(double u, double v) { return mouth_bag(0.25 + 0.5 * u, v); }
+// The upper half reaches forward; the lower one would stand in an open mouth.
+glm::dvec3 mouth_roof(double u, double v) { return mouth_bag(u, v, smooth_step(-.2, .4, std::cos(2 * pi * u))); }
+
+// The bag's lower part again, for the jaw to take along: else an open mouth shows what is behind the head. Its sides
+// stand higher than the mouth, so that they cover what opens between them and the roof. [mm]
+glm::dvec3 mouth_floor(double u, double v) {
+  constexpr double kFrom = 1 / 6.0;
+  const double at = kFrom + (1 - 2 * kFrom) * u;
+  return mouth_bag(at, v, 1 - smooth_step(.05, .45, std::cos(2 * pi * at)));
+}
 
 // The middle of a closed curve of 16 spans or fewer. [mm]
 glm::dvec3 middle_of(const Model& m, const char* name, int spans) {
@@ -128,9 +145,15 @@ void add_parts(const Model& m, const Materials& materials, runtime::FaceFile& fi
   eye("limbus", materials.limbus, 20.6, 22.6, 1, kCornea_mm);
   eye("sclera", materials.sclera, 22.6, 150, 6, 0);
 
+  // Light gets less and less far into a mouth; what shows a file without shadows needs to be told.
+  const auto shaded = [](runtime::FaceFileSurface s) {
+    for (const glm::dvec3& p : s.points)
+      s.tint.emplace_back(static_cast<float>(kDeepestLight + (1 - kDeepestLight) * smooth_step(62, 98, p.z * 1000.0)));
+    return s;
+  };
   const auto single = [&](const char* name, std::size_t spans_u, std::size_t spans_v, const Shape& shape,
                           const char* frame, std::uint32_t material, runtime::SurfaceSamples samples) {
-    add(surface_through(name, spans_u, spans_v, shape), name, frame, material, samples, false);
+    add(shaded(surface_through(name, spans_u, spans_v, shape)), name, frame, material, samples, false);
   };
   constexpr std::size_t kTeethSpans = 6 * 2 * kTeethASide;
   single("teeth_upper", kTeethSpans, 8, teeth_row(-22.0, -32.0, .6), "head", materials.teeth, {1, 2});
@@ -144,8 +167,8 @@ void add_parts(const Model& m, const Materials& materials, runtime::FaceFile& fi
   stop("nostril_cap", "nostril_cap_left", middle_of(m, "ND", 16) + glm::dvec3(0, 1.5, 0), {6.3, 6.0, 7});
   // The canal's end is a long hole.
   stop("ear_cap", "ear_cap_left", middle_of(m, "EC", 24) - glm::dvec3(1.5, 0, 0), {2, 6, 4});
-  single("mouth_bag", 16, 8, mouth_bag, "head", materials.dark, {2, 2});
-  single("mouth_floor", 8, 8, mouth_floor, "jaw", materials.dark, {2, 2});
+  single("mouth_bag", 16, 10, mouth_roof, "head", materials.dark, {2, 2});
+  single("mouth_floor", 8, 10, mouth_floor, "jaw", materials.dark, {2, 2});
 }
 
 }  // namespace nms::fit_face

@@ -50,6 +50,7 @@ struct RigidMesh {
   Frame frame = Frame::head;
   std::vector<glm::vec3> positions;  ///< at rest, in the face's coordinates  [m]
   std::vector<glm::vec3> normals;    ///< unit
+  std::vector<glm::vec3> colors;     ///< as Skin::colors
   std::vector<Primitive> primitives;
 };
 
