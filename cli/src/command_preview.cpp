@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <glm/geometric.hpp>
 
 #include <nms/lang/quantity.h>
 #include <nms/picture/contact_sheet.h>
@@ -109,34 +110,93 @@ std::vector<Moment> moments_of(const program::Program& program, const program::C
   return moments;
 }
 
-/// Rest, and every action unit that the face can show at 100 %: both sides at once.
-std::vector<Moment> every_unit(const program::Program& program, const runtime::Rig& rig) {
-  const std::size_t count = program.channels.size();
-  std::vector<Moment> moments{{std::vector<float>(count, 0.0F), "rest", ""}};
-  for (std::size_t c = 0; c < count; ++c) {
-    const program::Channel& channel = program.channels[c];
-    if (!rig.actuated(static_cast<program::ChannelId>(c))) continue;
-    const std::string title(program.string(channel.title));
-    Moment m{std::vector<float>(count, 0.0F), std::string(program.string(channel.name)), title};
+/// The furthest that the skin goes. [m]
+double furthest(const runtime::Face& face, const runtime::Rig& rig, const std::vector<float>& values) {
+  runtime::Pose pose = runtime::make_pose(face, rig);
+  runtime::pose_face(face, rig, std::vector<float>(values.size(), 0.0F), pose);
+  const std::vector<glm::vec3> rest = pose.positions;
+  runtime::pose_face(face, rig, values, pose);
+  double most = 0.0;
+  for (std::size_t v = 0; v < rest.size(); ++v)
+    most = std::max(most, glm::distance(glm::dvec3(rest[v]), glm::dvec3(pose.positions[v])));
+  return most;
+}
+
+std::optional<std::size_t> channel_named(const program::Program& program, std::string_view name) {
+  for (std::size_t c = 0; c < program.channels.size(); ++c)
+    if (program.string(program.channels[c].name) == name) return c;
+  return std::nullopt;
+}
+
+/// Every action unit that the face can show at 100 %.
+class UnitChart {
+ public:
+  UnitChart(const program::Program& program, const runtime::Face& face, const runtime::Rig& rig)
+      : program_(program), face_(face), rig_(rig), shows_tongue_(channel_named(program, "AU19")) {}
+
+  std::vector<Moment> moments() {
+    const std::size_t count = program_.channels.size();
+    moments_ = {{std::vector<float>(count, 0.0F), "rest", ""}};
+    for (std::size_t c = 0; c < count; ++c)
+      if (rig_.actuated(static_cast<program::ChannelId>(c))) add(c);
+    return std::move(moments_);
+  }
+
+ private:
+  void add(std::size_t c) {
+    const program::Channel& channel = program_.channels[c];
+    Moment m{std::vector<float>(program_.channels.size(), 0.0F), std::string(program_.string(channel.name)),
+             std::string(program_.string(channel.title))};
     m.values[c] = 1.0F;
     if (channel.kind == program::ChannelKind::axis) {
-      m.caption = program.string(channel.positive);
-      moments.push_back(m);
-      m.caption = program.string(channel.negative);
+      m.caption = program_.string(channel.positive);
+      add(c, m);
+      m.caption = program_.string(channel.negative);
       m.values[c] = -1.0F;
     } else if (channel.side == program::Side::left) {
-      m.caption.pop_back();  // "AU12L", and its other side with it
-      for (std::size_t other = 0; other < count; ++other)
-        if (program.channels[other].au == channel.au && program.channels[other].side == program::Side::right &&
-            program.string(program.channels[other].name) == m.caption + "R")
-          m.values[other] = 1.0F;
-    } else if (channel.side == program::Side::right) {
-      continue;
+      add_other_side(c, m);
+    } else if (channel.side == program::Side::right && !done_.empty() && done_.back() == channel.au) {
+      return;
     }
-    moments.push_back(std::move(m));
+    add(c, std::move(m));
   }
-  return moments;
-}
+
+  /// A tongue that moves behind closed lips is not seen: it is put out.
+  void add(std::size_t c, Moment m) {
+    const auto channel = static_cast<program::ChannelId>(c);
+    bool bends = false;
+    for (std::uint32_t part = 0; part < face_.rigid.size(); ++part) bends = bends || rig_.moves_part(channel, part);
+    if (bends && !rig_.moves_skin(channel) && shows_tongue_ && *shows_tongue_ != c) {
+      m.values[*shows_tongue_] = 1.0F;
+      m.detail += m.detail.empty() ? "with AU19" : ", with AU19";
+    }
+    moments_.push_back(std::move(m));
+  }
+
+  /// Both sides at once, unless one undoes the other: a jaw goes to one side.
+  void add_other_side(std::size_t c, Moment& m) {
+    const program::Channel& channel = program_.channels[c];
+    std::string both = m.caption;
+    both.pop_back();  // "AU12L"
+    const auto other = channel_named(program_, both + "R");
+    if (!other || program_.channels[*other].side != program::Side::right) return;
+    const double alone = furthest(face_, rig_, m.values);
+    m.values[*other] = 1.0F;
+    if (furthest(face_, rig_, m.values) < 0.5 * alone) {
+      m.values[*other] = 0.0F;
+      return;
+    }
+    m.caption = std::move(both);
+    done_.push_back(channel.au);
+  }
+
+  const program::Program& program_;
+  const runtime::Face& face_;
+  const runtime::Rig& rig_;
+  std::optional<std::size_t> shows_tongue_;
+  std::vector<int> done_;  ///< units whose sides were shown together
+  std::vector<Moment> moments_;
+};
 
 tl::expected<picture::Image, picture::RenderFailure> draw_sheet(const PreviewOptions& options,
                                                                 const std::vector<Moment>& moments,
@@ -186,7 +246,8 @@ void run(const GlobalOptions& global, const PreviewOptions& options, SourceFiles
   const auto rig = bind_face(*face, program, diagnostics);
   if (!rig) return;
   if (clip != nullptr) warn_not_actuated(program, *rig, {clip}, options.face, diagnostics);
-  const std::vector<Moment> moments = clip != nullptr ? moments_of(program, *clip, *times) : every_unit(program, *rig);
+  const std::vector<Moment> moments =
+      clip != nullptr ? moments_of(program, *clip, *times) : UnitChart(program, *face, *rig).moments();
   if (moments.size() * views->size() > kMaxTiles) {
     add_failure(diagnostics, {"too_many_pictures", "--at", fmt::format("that is more than {} pictures", kMaxTiles),
                               "ask for fewer times or views"});
