@@ -331,6 +331,22 @@ TEST(NurbsFace, PartsAndPlacesOnSurfaces) {
 }
 
 // Files as they are found, of other programs. NMS_FACES names their folder.
+TEST(NurbsFace, SurfacesAreCalledAsWhatTheyStandIn) {
+  const std::string patch =
+      "geometry NurbsSurface { uDimension 2 vDimension 2 uOrder 2 vOrder 2 uKnot [ 0 0 1 1 ] vKnot [ 0 0 1 1 ] "
+      "controlPoint [ 0 0 0, 1 0 0, 0 1 0, 1 1 0 ] }";
+  const std::string text = "#VRML V2.0 utf8\nDEF head Transform { children [ Shape { " + patch +
+                           " } DEF teeth Shape { " + patch + " } ] }\nShape { " + patch + " }\n";
+  for (const char* name : {"head", "teeth", "surface_2"}) {
+    FaceForm form;
+    form.parts = {{program::FacePartKind::skin, name, 0, program::kNone}};
+    EXPECT_EQ(kind(text, "x.wrl", form), "none") << name;
+  }
+  FaceForm form;
+  form.parts = {{program::FacePartKind::skin, "surface_0", 0, program::kNone}};
+  EXPECT_EQ(kind(text, "x.wrl", form), "face_no_part");
+}
+
 TEST(NurbsFace, FilesFromTheWildAreRead) {
   const char* given = std::getenv("NMS_FACES");
   const fs::path folder = given != nullptr ? fs::path(given) : fs::path(NMS_SOURCE_DIR) / "../shared/data/faces";

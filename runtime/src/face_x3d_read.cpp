@@ -88,8 +88,9 @@ class SceneReader {
     if (auto f = read_curves(scene)) return tl::unexpected(std::move(*f));
     if (auto f = walk(scene, unit, 0)) return tl::unexpected(std::move(*f));
     if (out_.uses.empty()) {
-      return tl::unexpected(Failure{"face_empty", std::string(name_), "there is no NurbsPatchSurface in a Shape",
-                                    "give the face at least one surface; what prototypes and scripts make is not read"});
+      return tl::unexpected(
+          Failure{"face_empty", std::string(name_), "there is no NurbsPatchSurface in a Shape",
+                  "give the face at least one surface; what prototypes and scripts make is not read"});
     }
     return std::move(out_);
   }
@@ -430,6 +431,7 @@ class SceneReader {
     if (found == surfaces_.end()) {
       FaceFileSurface surface;
       if (auto f = read_surface(*node, surface)) return f;
+      if (surface.geometry.name.empty()) surface.geometry.name = name_around(shape_node);
       const std::string_view solid = node->attribute("solid").value();
       auto material = material_of(shape_node, solid != "false");
       if (!material) return std::move(material).error();
@@ -453,10 +455,16 @@ class SceneReader {
     return std::nullopt;
   }
 
+  /// Modellers name the shape, or the transform about it, and not the surface.
+  std::string name_around(const pugi::xml_node& shape_node) const {
+    for (pugi::xml_node at = shape_node; at && std::strcmp(at.name(), "Scene") != 0; at = at.parent())
+      if (const char* def = at.attribute("DEF").value(); *def != '\0') return def;
+    return fmt::format("surface_{}", out_.file.surfaces.size());
+  }
+
   Maybe read_surface(const pugi::xml_node& node, FaceFileSurface& s) {
     NetSurface& g = s.geometry;
     g.name = node.attribute("DEF").value();
-    if (g.name.empty()) g.name = fmt::format("surface_{}", out_.file.surfaces.size());
     std::size_t nu = 0;
     std::size_t nv = 0;
     std::size_t order_u = 3;
