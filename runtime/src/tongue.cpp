@@ -9,6 +9,8 @@
 #include <cmath>
 #include <optional>
 
+#include <glm/vec2.hpp>
+
 #include <nms/runtime/trigonometry.h>
 
 #include "rig_parts.h"
@@ -21,7 +23,7 @@ using program::Side;
 namespace {
 
 // Share of a shift that the root takes: it hangs on the floor of the mouth.
-constexpr double kRootShift = 0.15;
+constexpr double kRootShift = 0.3;
 // The tongue rises over the lower teeth while it is put out by so much.
 constexpr double kLiftTo = 0.005;  // [m]
 // Along the spine the rise goes from nothing this far behind the teeth's front to all of it, that far.
@@ -33,11 +35,14 @@ constexpr double kBeforeLower = 0.004;      // [m]
 constexpr double kBetween = 0.0015;         // how near to its front a place counts as between the teeth [m]
 constexpr double kTongueRoom = 0.0005;      // to teeth and lips [m]
 constexpr double kThinnest = 0.25;          // of its height at rest
+constexpr double kOfWidth = 0.7;  // so much of its half width stays within the mouth's corners; its rim is thin
 // No place further from the upper teeth's front than this, either way, is between teeth or lips: the jaw may be far
 // down.
 constexpr double kPassage = 0.05;  // [m]
 // In front of the lips the tongue is as thick as ever within this length.
 constexpr double kSwell = 0.006;  // [m]
+// From this share of the lips' thickness on they let it go.
+constexpr double kFreeFrom = 0.6;
 // So near to the arch's axis, as a share of the arch's reach, a place counts as further behind.
 constexpr double kNearAxis = 0.3;
 // What teeth and lips leave open widens by so much of the distance from them.
@@ -93,12 +98,13 @@ bool RigParts::make_spine(std::uint32_t mesh) {
     const double near = 1.01 * spine.length / kSpineSteps;
     double low = 1e9;
     double high = -1e9;
+    const auto i = static_cast<std::size_t>(k);
     for (const glm::vec3& p : rest) {
       if (std::abs(static_cast<double>(p.z) - z) > near) continue;
+      spine.wide[i] = std::max(spine.wide[i], std::abs(static_cast<double>(p.x)));
       low = std::min(low, static_cast<double>(p.y));
       high = std::max(high, static_cast<double>(p.y));
     }
-    const auto i = static_cast<std::size_t>(k);
     const bool found = low <= high;
     spine.height[i] = found ? 0.5 * (low + high) : k > 0 ? spine.height[i - 1] : static_cast<double>(rest[0].y);
     spine.half[i] = found ? 0.5 * (high - low) : 0.0;
@@ -174,6 +180,14 @@ class Gate {
   Gate(const Rig& rig, const Pose& pose) : t_(rig.tables()), line_(pose.lip_line), jaw_(jaw_in_head(rig, pose)) {
     exists_ = t_.walls[0].exists && t_.walls[1].exists;
     scale_ = t_.scale;
+    fill_outwards(line_.low);
+    fill_outwards(line_.high);
+    const auto corner = [&](const RigTables::LipColumn& column) {
+      return 0.5 * (pose.points[column.upper].x + pose.points[column.lower].x);
+    };
+    if (t_.lip_columns.empty()) return;
+    right_corner_ = corner(t_.lip_columns.front());
+    left_corner_ = corner(t_.lip_columns.back());
   }
 
   [[nodiscard]] bool exists() const { return exists_; }
@@ -191,14 +205,14 @@ class Gate {
     return behind + std::sqrt(p.x * p.x + z * z) - wall.radius_at(p.x / (std::abs(p.x) + z), wall.edge_at(0.0));
   }
 
-  /// At p in the head.
-  [[nodiscard]] Opening at(glm::dvec3 p) const { return at(p, in_front(p), in_front_of_lower(p)); }
+  /// Whether a place so far in front of a row may be between teeth or lips.
+  [[nodiscard]] bool passes(double front) const { return front > -kPassage * scale_ && front < kPassage * scale_; }
 
   /// The lower teeth and lip have gone with the jaw: how far in front of them a place is, the jaw says. [m]
   [[nodiscard]] double in_front_of_lower(glm::dvec3 p) const { return in_front(t_.walls[1], to_jaw(p)); }
 
-  /// The same, as if p were so far in front. Before and behind teeth and lips the opening widens, and the lips' line is
-  /// straight between its columns: what passes is led smoothly.
+  /// At p in the head, as if it were so far in front. Before and behind teeth and lips the opening widens, and the
+  /// lips' line is straight between its columns: what passes is led smoothly.
   [[nodiscard]] Opening at(glm::dvec3 p, double front, double front_low) const {
     const glm::dvec3 q = to_jaw(p);
     Opening open;
@@ -206,25 +220,38 @@ class Gate {
         t_.walls[0].edge_at(along(t_.walls[0], p)) + widening(front, -kToothThickness * scale_, kBeforeUpper * scale_);
     open.low = to_head({q.x, t_.walls[1].edge_at(along(t_.walls[1], q)), q.z}).y -
                widening(front_low, -kToothThickness * scale_, kBeforeLower * scale_);
-    if (const auto lip = between_columns(line_.low, p.x / line_.width)) {
-      open.high = std::min(open.high, *lip + widening(front, 0.0, kLipThickness * scale_));
-    }
-    if (const auto lip = between_columns(line_.high, p.x / line_.width)) {
-      open.low = std::max(open.low, *lip - widening(front_low, 0.0, kLipThickness * scale_));
-    }
+    const double lip_low = between_columns(line_.low, p.x / line_.width);
+    if (exists(lip_low)) open.high = std::min(open.high, lip_low + widening(front, 0.0, kLipThickness * scale_));
+    const double lip_high = between_columns(line_.high, p.x / line_.width);
+    if (exists(lip_high)) open.low = std::max(open.low, lip_high - widening(front_low, 0.0, kLipThickness * scale_));
     return open;
+  }
+
+  /// x, held between the corners of the mouth where it is between the lips. [m]
+  /// @param half  of what stands there                                       [m]
+  [[nodiscard]] double held_between_corners(double x, double half, double front) const {
+    const double more = widening(front, 0.0, kLipThickness * scale_) - half;
+    return std::clamp(x, std::min(right_corner_ - more, 0.0), std::max(left_corner_ + more, 0.0));
   }
 
  private:
   static double widening(double x, double from, double to) { return kWidening * std::max({from - x, x - to, 0.0}); }
 
-  /// A lip's edge so many columns from the middle, if it has one there.
-  static std::optional<double> between_columns(const std::array<double, 2 * LipLine::kSide>& edge, double widths) {
+  static bool exists(double y) { return y > -1.0 && y < 1.0; }
+
+  /// Beyond the corners the lips' edges go on level.
+  static void fill_outwards(std::array<double, 2 * LipLine::kSide>& edge) {
+    for (std::size_t c = LipLine::kSide; c < edge.size(); ++c) {
+      const std::size_t mirror = edge.size() - 1 - c;
+      if (!exists(edge[c])) edge[c] = edge[c - 1];
+      if (!exists(edge[mirror])) edge[mirror] = edge[mirror + 1];
+    }
+  }
+
+  /// A lip's edge so many columns from the middle.
+  static double between_columns(const std::array<double, 2 * LipLine::kSide>& edge, double widths) {
     const double column = std::clamp(widths + LipLine::kSide - 0.5, 0.0, 2.0 * LipLine::kSide - 1.0);
     const std::size_t c = std::min(static_cast<std::size_t>(column), edge.size() - 2);
-    const auto exists = [](double y) { return y > -1.0 && y < 1.0; };
-    if (!exists(edge[c])) return exists(edge[c + 1]) ? std::optional(edge[c + 1]) : std::nullopt;
-    if (!exists(edge[c + 1])) return edge[c];
     return edge[c] + (column - static_cast<double>(c)) * (edge[c + 1] - edge[c]);
   }
 
@@ -234,7 +261,9 @@ class Gate {
   }
 
   const RigTables& t_;
-  const LipLine& line_;
+  LipLine line_;
+  double right_corner_ = -1.0;  // x [m]
+  double left_corner_ = 1.0;    // x [m]
   Placement jaw_;
   bool exists_ = false;
   double scale_ = 1.0;
@@ -243,6 +272,7 @@ class Gate {
 // Leads the spine through the opening between teeth and lips, flattened to fit.
 void lead_through(const RigTables::Spine& spine, const Gate& gate, double out, SpinePlaces& places) {
   const double scale = gate.scale();
+  glm::dvec2 shift(0.0);
   for (int i = 0; i <= kSpineSteps; ++i) {
     SpinePlace& place = places[static_cast<std::size_t>(i)];
     const glm::dvec3 at = gate.to_head(place.at);
@@ -265,8 +295,13 @@ void lead_through(const RigTables::Spine& spine, const Gate& gate, double out, S
     const double highest = open.high - kTongueRoom * scale - taken;
     // It lies on the lower teeth and lip.
     const double y = lowest < highest ? lowest : middle;
-    place.at = gate.to_jaw({at.x, at.y + share * (y - at.y), at.z});
-    const double beyond = smooth_rise(0.6 * kLipThickness * scale, (kLipThickness + kSwell) * scale, front);
+    const double wide = kOfWidth * spine.wide[static_cast<std::size_t>(i)];
+    const double x = gate.held_between_corners(at.x, wide + kTongueRoom * scale, front);
+    const double beyond = smooth_rise(kFreeFrom * kLipThickness * scale, (kLipThickness + kSwell) * scale, front);
+    // In front of the lips it goes on from where they let it out.
+    const double still = smooth_rise(kFreeFrom * kLipThickness * scale, kLipThickness * scale, front);
+    shift = (1.0 - still) * share * glm::dvec2(x - at.x, y - at.y) + still * shift;
+    place.at = gate.to_jaw({at.x + shift.x, at.y + shift.y, at.z});
     place.flat = 1.0 + share * (1.0 - beyond) * (thin - 1.0);
   }
 }
@@ -330,8 +365,11 @@ void bend_parts(const Face& face, const Rig& rig, Pose& pose) {
       if (out > 0.0) {
         glm::dvec3 in_head = gate.to_head(q);
         const double front = gate.in_front(in_head);
-        if (front > -kPassage * t.scale && front < kPassage * t.scale) {
-          const Opening open = gate.at(in_head);
+        const double front_low = gate.in_front_of_lower(in_head);
+        if (gate.passes(front) || gate.passes(front_low)) {
+          const double x = gate.held_between_corners(in_head.x, 0.5 * kTongueRoom * t.scale, front);
+          in_head.x += out * (x - in_head.x);
+          const Opening open = gate.at(in_head, front, front_low);
           const double low = open.low + 0.5 * kTongueRoom * t.scale;
           const double high = open.high - 0.5 * kTongueRoom * t.scale;
           const double y = low < high ? std::clamp(in_head.y, low, high) : 0.5 * (low + high);

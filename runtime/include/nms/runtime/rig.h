@@ -123,6 +123,7 @@ struct RigTables {
     double length = 0.0;                           ///< [m]
     std::array<double, kSpineSteps + 1> height{};  ///< y of the middle, from back to front           [m]
     std::array<double, kSpineSteps + 1> half{};    ///< half the height of what stands across it      [m]
+    std::array<double, kSpineSteps + 1> wide{};    ///< half its width                                [m]
   };
   /// A point's share of the jaw's movement.
   struct JawPoint {
