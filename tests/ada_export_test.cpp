@@ -15,9 +15,9 @@ namespace {
 
 constexpr double kThreeDegrees = 3.0 * 3.14159265358979 / 180.0;
 
-// Lids against gaze and squint, one-sided lips over an open jaw, and the tongue put out and bent at once.
+// Lids against gaze and squint, one-sided lips over an open jaw, and the tongue put out, sideways and down at once.
 constexpr const char* kMixtures = R"(
-pose tip = 50% AU114
+pose tip = AU111 + 50% AU114
 
 timeline mixtures 400ms {
   AU43 at 0.05s for 150ms;  AU64 at 0.1s for 150ms

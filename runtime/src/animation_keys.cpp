@@ -1,7 +1,10 @@
 #include "animation_keys.h"
 
 #include <algorithm>
+#include <array>
+#include <cassert>
 #include <cmath>
+#include <map>
 
 #include <nms/runtime/trigonometry.h>
 
@@ -87,16 +90,20 @@ std::vector<std::int64_t> break_times(const program::Program& program, const pro
 }
 
 Keys fit_keys(std::span<const std::int64_t> breaks, Interpolation interpolation, std::span<const double> tolerance,
-              const std::function<void(std::int64_t, std::span<float>)>& signal) {
+              const std::function<void(std::int64_t, std::span<float>)>& signal, std::size_t looks) {
   const std::size_t width = interpolation == Interpolation::slerp ? 4 : tolerance.size();
+  // What an interval is looked at, its halves ask for again.
+  std::map<std::int64_t, std::vector<float>> known;
   const auto sample = [&](std::int64_t t) {
-    Sample s{t, std::vector<float>(width)};
-    signal(t, s.values);
-    return s;
+    const auto [at, fresh] = known.try_emplace(t, width);
+    if (fresh) signal(t, at->second);
+    return Sample{t, at->second};
   };
 
   // Halving. Half of the tolerance goes here, the other half to the dropping below.
   constexpr double kHalf = 0.5;
+  static constexpr std::array<std::int64_t, 5> kEighths{4, 2, 6, 1, 7};
+  assert(looks <= kEighths.size());
   std::vector<Sample> samples{sample(breaks[0])};
   for (std::size_t i = 1; i < breaks.size(); ++i) {
     std::vector<Sample> ahead{sample(breaks[i])};  // ends of the intervals still to do, the nearest last
@@ -106,8 +113,8 @@ Keys fit_keys(std::span<const std::int64_t> breaks, Interpolation interpolation,
       const std::int64_t length = to.time_ns - from.time_ns;
       bool fits = true;
       if (length > kShortest_ns) {
-        for (const std::int64_t eighths : {4, 2, 6, 1, 7}) {
-          if (miss(from, to, sample(from.time_ns + length / 8 * eighths), interpolation, tolerance) > kHalf) {
+        for (const std::int64_t eighths : std::span(kEighths).first(looks)) {
+          if (miss(from, to, sample(from.time_ns + length * eighths / 8), interpolation, tolerance) > kHalf) {
             fits = false;
             break;
           }
@@ -116,6 +123,7 @@ Keys fit_keys(std::span<const std::int64_t> breaks, Interpolation interpolation,
       if (fits) {
         samples.push_back(std::move(ahead.back()));
         ahead.pop_back();
+        known.erase(known.begin(), known.lower_bound(samples.back().time_ns));
       } else {
         ahead.push_back(sample(from.time_ns + length / 2));
       }

@@ -25,9 +25,10 @@ enum class Interpolation : std::uint8_t { linear, slerp };
 /// quaternions x y z w). Intervals between `breaks` are halved until that holds, down to 1 ms; then keys that the
 /// others imply are dropped.
 /// @param breaks ascending, at least one   [ns]
+/// @param looks  within each interval: 5, or 3 where a look is dear and the sum of all is measured afterwards
 /// @param tolerance  linear: one for each value; slerp: one   [-], [rad]
 [[nodiscard]] Keys fit_keys(std::span<const std::int64_t> breaks, Interpolation interpolation,
                             std::span<const double> tolerance,
-                            const std::function<void(std::int64_t, std::span<float>)>& signal);
+                            const std::function<void(std::int64_t, std::span<float>)>& signal, std::size_t looks = 5);
 
 }  // namespace nms::runtime

@@ -16,8 +16,15 @@ void ClipStage::evaluate(const program::Clip& clip, std::int64_t time_ns) {
   found->second->evaluate(time_ns, values);
 }
 
+void ClipStage::pose_values() {
+  if (posed_ == values) return;
+  pose_face(face, rig, values, pose);
+  posed_ = values;
+}
+
 void ClipStage::evaluate_motions(const program::Clip& clip, std::int64_t time_ns) {
   evaluate(clip, time_ns);
+  forget_pose();
   contractions(rig, values, pose.contractions);
   move_frames(rig, values, pose.contractions, pose);
 }

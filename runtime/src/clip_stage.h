@@ -29,7 +29,9 @@ class ClipStage {
   /// One channel alone, the others at rest. The surface is posed.
   void pose_alone(std::uint32_t channel, float value);
   /// The surface of the values last evaluated.
-  void pose_values() { pose_face(face, rig, values, pose); }
+  void pose_values();
+  /// The pose has been changed by hand.
+  void forget_pose() { posed_.clear(); }
 
   const Face& face;
   const Rig& rig;
@@ -40,6 +42,7 @@ class ClipStage {
  private:
   std::deque<program::BoundClip> bound_;
   std::map<const program::Clip*, const program::BoundClip*> clips_;
+  std::vector<float> posed_;  // the values of the pose; none: not known
 };
 
 /// A moment of a clip at least every 60th of a second, and wherever a curve may bend; ascending.

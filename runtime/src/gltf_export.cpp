@@ -74,6 +74,7 @@ class Export {
       model_.extensionsUsed.emplace_back("KHR_mesh_quantization");
       model_.extensionsRequired = model_.extensionsUsed;
     }
+    for (MorphedMesh& m : morphs_->meshes()) m.linear.note_reach();
     if (options_.max_error_m > 0.0) {
       for (MorphedMesh& m : morphs_->meshes()) add_residual_targets(*morphs_, stage_, m, clips_, options_.max_error_m);
     }
@@ -364,8 +365,10 @@ class Export {
     error.clip = animation.name;
     for (const MorphedMesh& morphed : morphs_->meshes()) {
       if (morphed.node < 0) continue;
-      Keys keys = fit_keys(breaks, Interpolation::linear, key_tolerances(morphed, options_.max_error_m),
-                           [&](std::int64_t t, std::span<float> out) { morphs_->weights_at(morphed, clip, t, out); });
+      Keys keys = fit_keys(
+          breaks, Interpolation::linear, key_tolerances(morphed, options_.max_error_m),
+          [&](std::int64_t t, std::span<float> out) { morphs_->weights_at(morphed, clip, t, out); },
+          morphed.basis ? 3 : 5);
       if (in_steps(keys)) {
         for (float& w : keys.values) w = static_cast<float>(GltfBuffer::share_step(w)) / 65535.0F;
       }

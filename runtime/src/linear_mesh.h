@@ -1,12 +1,19 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
 #include <glm/vec3.hpp>
 
 namespace nms::runtime {
+
+/// Vertices one after the other: from `begin` to before `end`.
+struct VertexRun {
+  std::uint32_t begin = 0;
+  std::uint32_t end = 0;
+};
 
 /// A mesh as a file has it: what it is at rest, and straight displacements added by weight.
 struct LinearMesh {
@@ -17,6 +24,11 @@ struct LinearMesh {
     std::vector<glm::vec3> turned;  ///< V, difference of normals
   };
   std::vector<Target> targets;
+  /// Where each of the first targets is not 0, for the sums below: most targets move a small part of a face.
+  std::vector<std::vector<VertexRun>> reach;
+
+  /// Notes the reach of targets that have been added. Those before may not change any more.
+  void note_reach();
 
   /// positions + sum of weights x moved. @param weights one for each target  @param out V
   void place(std::span<const float> weights, std::span<glm::vec3> out) const;
@@ -45,8 +57,8 @@ class ResidualBasis {
  private:
   std::size_t vertices_;
   std::vector<std::vector<glm::vec3>> fields_;
-  std::vector<std::vector<std::size_t>> support_;  // vertices where the field is not 0
-  std::vector<std::vector<double>> factor_;        // Cholesky factor of the fields' products, row by row
+  std::vector<std::vector<VertexRun>> reach_;  // where the field is not 0
+  std::vector<std::vector<double>> factor_;    // Cholesky factor of the fields' products, row by row
 };
 
 /// Largest length among V vectors, and where.

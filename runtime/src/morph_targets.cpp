@@ -176,6 +176,7 @@ double MorphTargets::correction_weight(const TurnCorrection& correction, const T
 }
 
 void MorphTargets::pose_correction(const TurnCorrection& correction, double u) {
+  stage_.forget_pose();
   std::fill(stage_.pose.contractions.begin(), stage_.pose.contractions.end(), 0.0F);
   stage_.pose.lids = {};
   stage_.pose.motions = {};
@@ -298,13 +299,22 @@ void MorphTargets::straight_weights(const MorphedMesh& m, std::span<float> weigh
 
 void MorphTargets::weights_at(const MorphedMesh& m, const Clip& clip, std::int64_t time_ns, std::span<float> weights) {
   stage_.evaluate(clip, time_ns);
+  // A face that holds still needs no second look.
+  if (last_.mesh == &m && last_.values == stage_.values && last_.weights.size() == weights.size()) {
+    std::copy(last_.weights.begin(), last_.weights.end(), weights.begin());
+    return;
+  }
   straight_weights(m, weights);
-  if (!m.basis) return;
-  find_lacking(m, weights);
-  std::vector<double> fitted(m.basis->size());
-  m.basis->fit(lacking_, fitted);
-  const std::size_t first = m.targets.size() + m.corrections.size();
-  for (std::size_t j = 0; j < fitted.size(); ++j) weights[first + j] = static_cast<float>(fitted[j]);
+  if (m.basis) {
+    find_lacking(m, weights);
+    std::vector<double> fitted(m.basis->size());
+    m.basis->fit(lacking_, fitted);
+    const std::size_t first = m.targets.size() + m.corrections.size();
+    for (std::size_t j = 0; j < fitted.size(); ++j) weights[first + j] = static_cast<float>(fitted[j]);
+  }
+  last_.mesh = &m;
+  last_.values = stage_.values;
+  last_.weights.assign(weights.begin(), weights.end());
 }
 
 void MorphTargets::find_lacking(const MorphedMesh& m, std::span<const float> weights) {

@@ -73,7 +73,7 @@ class MorphTargets {
 
   /// Weights of targets and corrections for the values last evaluated; residuals 0.
   void straight_weights(const MorphedMesh& m, std::span<float> weights);
-  /// Weights of everything at a moment.
+  /// Weights of everything at a moment. The mesh may get no more targets after the first call.
   void weights_at(const MorphedMesh& m, const program::Clip& clip, std::int64_t time_ns, std::span<float> weights);
   /// Poses the surface of the values last evaluated, and says what is lacking there with these weights: V positions,
   /// then V normals, in units of what may be lacking.
@@ -115,6 +115,11 @@ class MorphTargets {
   double jaw_turn_ = 0.0;  // the widest hinge of the jaw [rad]
   std::vector<MorphedMesh> meshes_;
   std::vector<glm::vec3> lacking_;
+  struct {
+    const MorphedMesh* mesh = nullptr;
+    std::vector<float> values;
+    std::vector<float> weights;
+  } last_;  // of weights_at()
 };
 
 /// The unit of what normals may lack, as a length: 3 degrees of the shortest that counts, and some room for keys.

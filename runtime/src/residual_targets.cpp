@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <optional>
 #include <string>
 #include <utility>
@@ -16,15 +17,20 @@ using program::Clip;
 
 namespace {
 
-constexpr double kWeightTolerance = 0.002;        // of an AU
-constexpr double kExactWeightTolerance = 0.0005;  // where an error is asked for
-constexpr double kKeyShare = 0.05;                // of that error, for one weight of a residual
-constexpr double kCorrectionTolerance = 0.02;     // of a correction, itself below 3 mm
+constexpr double kWeightTolerance = 0.002;  // of an AU
+// Of the error that is asked for, one weight's keys may take so much.
+constexpr double kKeyShare = 0.08;
+constexpr double kCorrectionTolerance = 0.02;  // of a correction, itself below 3 mm
 // Of what the error allowed, targets may use so much; the rest is for keys.
 constexpr double kResidualShare = 0.75;
 constexpr std::size_t kMostResiduals = 96;  // of one mesh; a primitive holds 256 targets
-constexpr std::size_t kWorkingFields = 128;
-constexpr std::size_t kFieldsAtATime = 12;
+constexpr std::size_t kWorkingFields = 256;
+constexpr std::size_t kFieldsAtATime = 24;
+constexpr std::int64_t kApart_ns = 40'000'000;
+// A moment that lacks less is looked at again only in the end.
+constexpr double kNear = 0.6;
+constexpr std::size_t kSome = 6;
+constexpr double kUnknown = 1e9;
 
 class ResidualSearch {
  public:
@@ -40,8 +46,14 @@ class ResidualSearch {
   struct Moment {
     const Clip* clip = nullptr;
     std::int64_t time_ns = 0;
-    double error = 0.0;  // 1: what may be lacking
+    double error = 0.0;  // as last seen; 1: what may be lacking
   };
+
+  void find_moments();
+  /// Looks at every so-many-th moment whose error was above that. Whether any lacks something.
+  bool look_again(std::size_t every, double above);
+  /// The moments that lack most, none near another: what lacks there differs.
+  std::vector<Moment> peaks() const;
 
   void append(std::span<const glm::vec3> lacking, std::size_t at);
   /// What is lacking before residuals.
@@ -53,6 +65,7 @@ class ResidualSearch {
   ClipStage& stage_;
   MorphedMesh& m_;
   std::span<const Clip* const> clips_;
+  std::vector<Moment> moments_;  // of the clips, in their order
   std::vector<double> fitted_;
 };
 
@@ -85,6 +98,7 @@ std::vector<glm::vec3> ResidualSearch::remaining(std::vector<glm::vec3> lacking)
 }
 
 void ResidualSearch::run() {
+  find_moments();
   std::vector<std::vector<glm::vec3>> working;
   while (true) {
     // Fit what is known, worst first.
@@ -102,20 +116,55 @@ void ResidualSearch::run() {
       append(remaining(working[worst]), most.index);
     }
     if (m_.basis->size() >= kMostResiduals || working.size() >= kWorkingFields) return;
-    // Look for moments that still lack something.
-    std::vector<Moment> moments;
-    for (const Clip* clip : clips_) {
-      visit_moments(stage_.program, *clip, [&](std::int64_t t) {
-        const double error = largest(remaining(lacking_at(*clip, t))).length;
-        if (error > 1.0) moments.push_back({clip, t, error});
-      });
-    }
-    if (moments.empty()) return;
-    std::stable_sort(moments.begin(), moments.end(),
-                     [](const Moment& a, const Moment& b) { return a.error > b.error; });
-    if (moments.size() > kFieldsAtATime) moments.resize(kFieldsAtATime);
-    for (const Moment& moment : moments) working.push_back(lacking_at(*moment.clip, moment.time_ns));
+    // Some moments stand for those about them, and what was nearly well stays so, as a rule; all are looked at before
+    // the end.
+    if (!look_again(kSome, kNear) && !look_again(1, kNear) && !look_again(1, 0.0)) return;
+    for (const Moment& moment : peaks()) working.push_back(lacking_at(*moment.clip, moment.time_ns));
   }
+}
+
+void ResidualSearch::find_moments() {
+  for (const Clip* clip : clips_) {
+    visit_moments(stage_.program, *clip, [&](std::int64_t t) { moments_.push_back({clip, t, kUnknown}); });
+  }
+}
+
+bool ResidualSearch::look_again(std::size_t every, double above) {
+  bool lacks = false;
+  const Moment* last = nullptr;
+  std::vector<float> last_values;
+  for (std::size_t i = 0; i < moments_.size(); i += every) {
+    Moment& moment = moments_[i];
+    if (moment.error <= above) continue;
+    stage_.evaluate(*moment.clip, moment.time_ns);
+    // A face that holds still needs no second look.
+    if (last == nullptr || last_values != stage_.values) {
+      last_values = stage_.values;
+      moment.error = largest(remaining(lacking_at(*moment.clip, moment.time_ns))).length;
+    } else {
+      moment.error = last->error;
+    }
+    last = &moment;
+    lacks = lacks || moment.error > 1.0;
+  }
+  return lacks;
+}
+
+std::vector<ResidualSearch::Moment> ResidualSearch::peaks() const {
+  std::vector<Moment> worst;
+  for (const Moment& moment : moments_) {
+    if (moment.error > 1.0 && moment.error < kUnknown) worst.push_back(moment);
+  }
+  std::stable_sort(worst.begin(), worst.end(), [](const Moment& a, const Moment& b) { return a.error > b.error; });
+  std::vector<Moment> found;
+  for (const Moment& moment : worst) {
+    const bool near = std::any_of(found.begin(), found.end(), [&](const Moment& other) {
+      return other.clip == moment.clip && std::abs(other.time_ns - moment.time_ns) < kApart_ns;
+    });
+    if (!near) found.push_back(moment);
+    if (found.size() == kFieldsAtATime) break;
+  }
+  return found;
 }
 
 void ResidualSearch::append(std::span<const glm::vec3> lacking, std::size_t at) {
@@ -139,6 +188,7 @@ void ResidualSearch::append(std::span<const glm::vec3> lacking, std::size_t at) 
   m_.residuals.push_back(fmt::format("fix.{}.{}", nearest_landmark(stage_.program, place), m_.residuals.size() + 1));
   m_.basis->add(std::move(field));
   m_.linear.targets.push_back(std::move(target));
+  m_.linear.note_reach();
 }
 
 }  // namespace
@@ -149,9 +199,13 @@ void add_residual_targets(MorphTargets& morphs, ClipStage& stage, MorphedMesh& m
 }
 
 std::vector<double> key_tolerances(const MorphedMesh& m, double error_m) {
-  const bool exact = error_m > 0.0;
-  std::vector<double> tolerance(m.targets.size(), exact ? kExactWeightTolerance : kWeightTolerance);
-  tolerance.resize(tolerance.size() + m.corrections.size(), exact ? kExactWeightTolerance : kCorrectionTolerance);
+  std::vector<double> tolerance(m.targets.size(), kWeightTolerance);
+  tolerance.resize(tolerance.size() + m.corrections.size(), kCorrectionTolerance);
+  if (error_m <= 0.0) return tolerance;
+  for (std::size_t t = 0; t < tolerance.size(); ++t) {
+    const double reach_m = largest(m.linear.targets[t].moved).length;
+    if (reach_m > 0.0) tolerance[t] = std::min(tolerance[t], kKeyShare * error_m / reach_m);
+  }
   for (std::size_t j = 0; j < m.residuals.size(); ++j) {
     const double reach = largest(m.basis->field(j)).length;
     tolerance.push_back(reach > 0.0 ? kKeyShare / (kResidualShare * reach) : 1.0);
