@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <span>
 #include <vector>
@@ -77,8 +78,16 @@ void print_errors(const runtime::GltfReport& report) {
     if (!e.normal_mesh.empty()) {
       fmt::print(stderr, " at {:.2f} s, {} near {}", e.normal_time_s, e.normal_mesh, e.normal_place);
     }
+    fmt::print(stderr, "; above 3 deg {:.2f} % of the area", 100.0 * e.askew_share);
+    if (!e.askew_mesh.empty()) fmt::print(stderr, " at {:.2f} s, {}", e.askew_time_s, e.askew_mesh);
+    fmt::print(stderr, ", {:.2f} % as a mean", 100.0 * e.askew_mean);
     fmt::print(stderr, "\n");
   }
+  const auto worst = std::max_element(report.targets.begin(), report.targets.end(),
+                                      [](const auto& a, const auto& b) { return a.askew_share < b.askew_share; });
+  if (worst != report.targets.end())
+    fmt::print(stderr, "  targets alone: above 3 deg at most {:.2f} % of the area, {} of {}\n",
+               100.0 * worst->askew_share, worst->name, worst->mesh);
   if (!report.corrections.empty()) {
     fmt::print(stderr, "  {} corrective target{}\n", report.corrections.size(),
                report.corrections.size() == 1 ? "" : "s");

@@ -23,6 +23,7 @@
 #include "gltf_names.h"
 #include "morph_targets.h"
 #include "residual_targets.h"
+#include "target_errors.h"
 
 namespace nms::runtime {
 namespace {
@@ -36,6 +37,8 @@ using program::Program;
 // Bounds of what LINEAR keys may miss by.
 constexpr double kTurnTolerance = 0.02 * 3.14159265358979 / 180;  // [rad]
 constexpr double kShiftTolerance = 1e-5;                          // [m]
+// Of parts that bend, where nothing is asked for. A tongue goes out over the teeth, by no straight way, and is small.
+constexpr double kPartError_m = 0.0005;
 // What a quantized target moves a vertex by, it is stored for; a share of the error where one is asked for.
 constexpr double kLeastMove_m = 1e-5;
 constexpr double kLeastMoveShare = 0.05;
@@ -75,8 +78,8 @@ class Export {
       model_.extensionsRequired = model_.extensionsUsed;
     }
     for (MorphedMesh& m : morphs_->meshes()) m.linear.note_reach();
-    if (options_.max_error_m > 0.0) {
-      for (MorphedMesh& m : morphs_->meshes()) add_residual_targets(*morphs_, stage_, m, clips_, options_.max_error_m);
+    for (MorphedMesh& m : morphs_->meshes()) {
+      if (error_m(m) > 0.0) add_residual_targets(*morphs_, stage_, m, clips_, error_m(m));
     }
     model_.asset.version = "2.0";
     model_.asset.generator = "nmsc";
@@ -88,6 +91,7 @@ class Export {
     for (const Clip* clip : clips_) add_animation(*clip);
     if (report_ != nullptr) {
       for (const MorphedMesh& m : morphs_->meshes()) {
+        measure_targets(stage_, m, report_->targets);
         for (const TurnCorrection& c : m.corrections) report_->corrections.push_back(c.name);
         report_->corrections.insert(report_->corrections.end(), m.residuals.begin(), m.residuals.end());
       }
@@ -110,6 +114,11 @@ class Export {
       if (std::find(clips_.begin(), clips_.end(), clip) == clips_.end()) clips_.push_back(clip);
     }
     return std::nullopt;
+  }
+
+  /// What the targets of a mesh may be off by; 0: what they are.                     [m]
+  double error_m(const MorphedMesh& m) const {
+    return options_.max_error_m > 0.0 || !m.part ? options_.max_error_m : kPartError_m;
   }
 
   void add_materials() {
@@ -366,7 +375,7 @@ class Export {
     for (const MorphedMesh& morphed : morphs_->meshes()) {
       if (morphed.node < 0) continue;
       Keys keys = fit_keys(
-          breaks, Interpolation::linear, key_tolerances(morphed, options_.max_error_m),
+          breaks, Interpolation::linear, key_tolerances(morphed, error_m(morphed)),
           [&](std::int64_t t, std::span<float> out) { morphs_->weights_at(morphed, clip, t, out); },
           morphed.basis ? 3 : 5);
       if (in_steps(keys)) {

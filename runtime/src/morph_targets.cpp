@@ -297,6 +297,11 @@ void MorphTargets::straight_weights(const MorphedMesh& m, std::span<float> weigh
   for (std::size_t i = m.targets.size() + m.corrections.size(); i < weights.size(); ++i) weights[i] = 0.0F;
 }
 
+bool MorphTargets::at_rest(const MorphedMesh& m) const {
+  return std::all_of(m.targets.begin(), m.targets.end(),
+                     [&](const MorphTarget& target) { return target_weight(target) == 0.0F; });
+}
+
 void MorphTargets::weights_at(const MorphedMesh& m, const Clip& clip, std::int64_t time_ns, std::span<float> weights) {
   stage_.evaluate(clip, time_ns);
   // A face that holds still needs no second look.
@@ -305,7 +310,7 @@ void MorphTargets::weights_at(const MorphedMesh& m, const Clip& clip, std::int64
     return;
   }
   straight_weights(m, weights);
-  if (m.basis) {
+  if (m.basis && !at_rest(m)) {
     find_lacking(m, weights);
     std::vector<double> fitted(m.basis->size());
     m.basis->fit(lacking_, fitted);

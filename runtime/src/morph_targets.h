@@ -73,6 +73,8 @@ class MorphTargets {
 
   /// Weights of targets and corrections for the values last evaluated; residuals 0.
   void straight_weights(const MorphedMesh& m, std::span<float> weights);
+  /// Whether no target has any weight for the values last evaluated: the mesh stands as the file has it.
+  [[nodiscard]] bool at_rest(const MorphedMesh& m) const;
   /// Weights of everything at a moment. The mesh may get no more targets after the first call.
   void weights_at(const MorphedMesh& m, const program::Clip& clip, std::int64_t time_ns, std::span<float> weights);
   /// Poses the surface of the values last evaluated, and says what is lacking there with these weights: V positions,

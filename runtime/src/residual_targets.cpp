@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <optional>
 #include <string>
 #include <utility>
 
 #include <fmt/format.h>
 
-#include <nms/runtime/trigonometry.h>
+#include "target_errors.h"
 
 namespace nms::runtime {
 
@@ -69,19 +68,6 @@ class ResidualSearch {
   std::vector<double> fitted_;
 };
 
-std::string nearest_landmark(const program::Program& program, const glm::vec3& p) {
-  std::string name = "face";
-  float least = 1e9F;
-  for (const program::Landmark& mark : program.landmarks) {
-    const glm::vec3 d = p - glm::vec3(mark.position[0], mark.position[1], mark.position[2]);
-    const float squared = d.x * d.x + d.y * d.y + d.z * d.z;
-    if (squared >= least) continue;
-    least = squared;
-    name = program.string(mark.name);
-  }
-  return name;
-}
-
 const std::vector<glm::vec3>& ResidualSearch::lacking_at(const Clip& clip, std::int64_t time_ns) {
   std::vector<float> weights(m_.count());
   stage_.evaluate(clip, time_ns);
@@ -137,6 +123,10 @@ bool ResidualSearch::look_again(std::size_t every, double above) {
     Moment& moment = moments_[i];
     if (moment.error <= above) continue;
     stage_.evaluate(*moment.clip, moment.time_ns);
+    if (morphs_.at_rest(m_)) {
+      moment.error = 0.0;
+      continue;
+    }
     // A face that holds still needs no second look.
     if (last == nullptr || last_values != stage_.values) {
       last_values = stage_.values;
@@ -211,55 +201,6 @@ std::vector<double> key_tolerances(const MorphedMesh& m, double error_m) {
     tolerance.push_back(reach > 0.0 ? kKeyShare / (kResidualShare * reach) : 1.0);
   }
   return tolerance;
-}
-
-void measure_clip(ClipStage& stage, const Clip& clip, const MorphedMesh& m, const Keys& keys, GltfClipError& error) {
-  const std::size_t count = m.count();
-  std::vector<float> weights(count);
-  std::vector<glm::vec3> misses(m.linear.positions.size());
-  std::vector<glm::vec3> normals(misses.size());
-  std::size_t key = 0;
-  const auto look = [&](std::int64_t t) {
-    const float at = static_cast<float>(static_cast<double>(t - clip.start_ns) / 1e9);
-    if (at < keys.times.front()) key = 0;
-    while (key + 1 < keys.times.size() && keys.times[key + 1] <= at) ++key;
-    const std::size_t next = std::min(key + 1, keys.times.size() - 1);
-    const float span = keys.times[next] - keys.times[key];
-    const float u = span > 0.0F ? std::clamp((at - keys.times[key]) / span, 0.0F, 1.0F) : 0.0F;
-    for (std::size_t i = 0; i < count; ++i) {
-      const float a = keys.values[key * count + i];
-      weights[i] = a + u * (keys.values[next * count + i] - a);
-    }
-    stage.evaluate(clip, t);
-    stage.pose_values();
-    m.linear.place(weights, misses);
-    for (std::size_t v = 0; v < misses.size(); ++v) misses[v] = m.posed(stage.pose)[v] - misses[v];
-    const Largest most = largest(misses);
-    ++error.samples;
-    m.linear.turn(weights, normals);
-    std::optional<std::size_t> worst;
-    for (std::size_t v = 0; v < normals.size(); ++v) {
-      const glm::vec3 n = normals[v];
-      const double length = std::sqrt(static_cast<double>(n.x * n.x + n.y * n.y + n.z * n.z));
-      const glm::vec3 o = m.posed_normals(stage.pose)[v];
-      const double c = length > 0.0 ? static_cast<double>(n.x * o.x + n.y * o.y + n.z * o.z) / length : 1.0;
-      const double angle = arc_cosine(std::clamp(c, -1.0, 1.0));
-      if (angle <= error.normal_rad) continue;
-      error.normal_rad = angle;
-      worst = v;
-    }
-    if (worst) {
-      error.normal_time_s = static_cast<double>(at);
-      error.normal_mesh = m.name;
-      error.normal_place = nearest_landmark(stage.program, m.linear.positions[*worst]);
-    }
-    if (most.length <= error.largest_m) return;
-    error.largest_m = most.length;
-    error.time_s = static_cast<double>(at);
-    error.mesh = m.name;
-    error.place = nearest_landmark(stage.program, m.linear.positions[most.index]);
-  };
-  visit_moments(stage.program, clip, look);
 }
 
 }  // namespace nms::runtime

@@ -3,9 +3,7 @@
 #include <span>
 
 #include <nms/program/program.h>
-#include <nms/runtime/gltf_export.h>
 
-#include "animation_keys.h"
 #include "morph_targets.h"
 
 namespace nms::runtime {
@@ -18,9 +16,5 @@ void add_residual_targets(MorphTargets& morphs, ClipStage& stage, MorphedMesh& m
 /// How far a key's weight may be off, one for each target of the mesh.
 /// @param error_m  what the export was asked to hold, or 0
 [[nodiscard]] std::vector<double> key_tolerances(const MorphedMesh& m, double error_m);
-
-/// The file's keys against the runtime, at every moment: raises `error` to what is found.
-void measure_clip(ClipStage& stage, const program::Clip& clip, const MorphedMesh& m, const Keys& keys,
-                  GltfClipError& error);
 
 }  // namespace nms::runtime

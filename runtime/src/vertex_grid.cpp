@@ -30,6 +30,18 @@ glm::vec3 rounded(glm::vec3 q) {
   return {rounded<Int>(q.x), rounded<Int>(q.y), rounded<Int>(q.z)};
 }
 
+// A target adds no more than 1 to an axis of a normal. What turns further gets a shorter normal of the same direction.
+glm::vec3 within_range(glm::vec3 normal, glm::vec3 turned) {
+  constexpr float kShortest = 0.1F;
+  const glm::vec3 whole = normal + turned;
+  float length = 1.0F;
+  for (int i = 0; i < 3; ++i) {
+    const float added = length * whole[i] - normal[i];
+    if (std::abs(added) > 1.0F) length = std::max((normal[i] + std::copysign(1.0F, added)) / whole[i], kShortest);
+  }
+  return length < 1.0F ? length * whole - normal : turned;
+}
+
 float square(glm::vec3 v) { return v.x * v.x + v.y * v.y + v.z * v.z; }
 
 float longest_side(glm::vec3 v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
@@ -63,6 +75,8 @@ void put_on(const VertexGrid& grid, LinearMesh& mesh, float least_m) {
   for (glm::vec3& p : mesh.positions) p = place_on(grid, p);
   for (glm::vec3& n : mesh.normals) n = rounded<std::int8_t>(n);
   for (LinearMesh::Target& target : mesh.targets) {
+    for (std::size_t v = 0; v < target.turned.size(); ++v)
+      target.turned[v] = within_range(mesh.normals[v], target.turned[v]);
     put_on(grid, target);
     for (std::size_t v = 0; v < target.moved.size(); ++v) {
       if (square(target.moved[v]) > least_m * least_m || square(target.turned[v]) > kLeastTurn * kLeastTurn) continue;
