@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
+#include "../fit_face/triangle_tree.h"
+
 namespace nms::fit_muscles {
 
 using program::Failure;
@@ -26,6 +28,46 @@ RestMesh rest_mesh(const runtime::PolygonMesh& neutral, double unit_m) {
     n = length > 0.0 ? n / length : glm::dvec3(0.0, 0.0, 1.0);
   }
   return rest;
+}
+
+void take_regions(RestMesh& rest, const runtime::Face& face) {
+  constexpr double kNear = 0.010;  // [m]
+  const runtime::SparseMatrix& t = face.skin.surface;
+  std::vector<glm::dvec3> places;
+  for (std::uint32_t v = 0; v < t.rows; ++v) {
+    glm::dvec3 p(face.skin.offsets[v]);
+    for (std::uint32_t k = t.row_begin[v]; k < t.row_begin[v + 1]; ++k) {
+      p += static_cast<double>(t.value[k]) * face.skin.points[t.column[k]];
+    }
+    places.push_back(p);
+  }
+  std::vector<fit_face::Triangle> triangles;
+  for (const runtime::Primitive& p : face.skin.primitives) {
+    for (std::size_t i = 0; i + 2 < p.triangles.size(); i += 3) {
+      triangles.push_back({p.triangles[i], p.triangles[i + 1], p.triangles[i + 2]});
+    }
+  }
+  const fit_face::TriangleTree tree(std::move(places), std::move(triangles));
+  std::vector<std::uint32_t> vertex(rest.points.size(), t.rows);  // the nearest corner of the nearest triangle
+  for (std::size_t i = 0; i < vertex.size(); ++i) {
+    const fit_face::Nearest near = tree.nearest(rest.points[i]);
+    if (!(near.distance <= kNear)) continue;
+    double least = 1.0;
+    for (const std::uint32_t v : tree.triangles()[near.triangle]) {
+      const double d = glm::distance(tree.positions()[v], near.point);
+      if (d < least) least = d, vertex[i] = v;
+    }
+  }
+  for (const auto& [name, of_point] : face.regions) {
+    std::vector<float>& weights = rest.regions[name];
+    weights.assign(vertex.size(), 0.0F);
+    for (std::size_t i = 0; i < vertex.size(); ++i) {
+      if (vertex[i] == t.rows) continue;
+      for (std::uint32_t k = t.row_begin[vertex[i]]; k < t.row_begin[vertex[i] + 1]; ++k) {
+        weights[i] += t.value[k] * of_point[t.column[k]];
+      }
+    }
+  }
 }
 
 namespace {

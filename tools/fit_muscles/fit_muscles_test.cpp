@@ -93,6 +93,13 @@ class FitMuscles : public testing::Test {
     return expression_of(name, mesh.value(), rest_, 0.001, program()).value();
   }
 
+  tl::expected<FitResult, program::Failure> fit(std::span<const Expression> fields, const FitSettings& settings) {
+    Measured all;
+    all.rest = &rest_;
+    all.fields = fields;
+    return fit_muscles(program(), all, settings);
+  }
+
   const Muscle& left(const std::vector<Muscle>& muscles, const std::string& name) {
     for (const Muscle& m : muscles) {
       if (m.side != program::Side::right && plain_muscle(program(), m) == name) return m;
@@ -120,7 +127,7 @@ TEST_F(FitMuscles, a_linear_muscle_is_found_again) {
   FitSettings settings;
   settings.muscles = {"zygomatic_major"};
   settings.stiffness = 1e-8;
-  const auto result = fit_muscles(program(), rest_, std::array{measured("AU12")}, settings);
+  const auto result = fit(std::array{measured("AU12")}, settings);
   ASSERT_TRUE(result.has_value()) << result.error().cause;
   ASSERT_EQ(result->errors.size(), 1U);
   EXPECT_GT(result->errors[0].before_rms_mm, 0.1);
@@ -156,7 +163,7 @@ TEST_F(FitMuscles, sheets_sphincters_and_bulges_are_fitted_to_what_is_seen) {
     FitSettings settings;
     settings.muscles = {muscle};
     settings.stiffness = 1e-7;
-    const auto result = fit_muscles(program(), rest_, std::array{measured(unit)}, settings);
+    const auto result = fit(std::array{measured(unit)}, settings);
     ASSERT_TRUE(result.has_value()) << result.error().cause;
     EXPECT_GT(result->errors[0].before_rms_mm, 0.02) << muscle;
     EXPECT_LT(result->errors[0].after_rms_mm, 0.05 * result->errors[0].before_rms_mm) << muscle;
@@ -180,7 +187,7 @@ TEST_F(FitMuscles, a_share_of_a_second_unit_is_found_again) {
   settings.muscles = {"malar_pad"};
   settings.stiffness = 1e-8;
   const std::array expressions{measured("AU12"), measured("AU6")};
-  const auto result = fit_muscles(program(), rest_, expressions, settings);
+  const auto result = fit(expressions, settings);
   ASSERT_TRUE(result.has_value());
   ASSERT_EQ(result->shares.size(), 1U);
   EXPECT_EQ(result->shares[0].unit, "AU6");
@@ -195,8 +202,8 @@ TEST_F(FitMuscles, the_same_input_gives_the_same_muscles) {
   settings.muscles = {"zygomatic_major"};
   settings.most_steps = 5;
   const std::array expressions{measured("AU12")};
-  const auto a = fit_muscles(program(), rest_, expressions, settings);
-  const auto b = fit_muscles(program(), rest_, expressions, settings);
+  const auto a = fit(expressions, settings);
+  const auto b = fit(expressions, settings);
   EXPECT_EQ(muscle_text(program(), *a), muscle_text(program(), *b));
 }
 
@@ -211,9 +218,9 @@ TEST_F(FitMuscles, what_cannot_be_fitted_is_refused) {
   FitSettings settings;
   settings.muscles = {"biceps"};
   const std::array expressions{measured("AU12")};
-  EXPECT_EQ(kind(fit_muscles(program(), rest_, expressions, settings)), "unknown_muscle");
+  EXPECT_EQ(kind(fit(expressions, settings)), "unknown_muscle");
   settings.muscles = {"frontalis_medialis"};
-  EXPECT_EQ(kind(fit_muscles(program(), rest_, expressions, settings)), "fit_nothing");
+  EXPECT_EQ(kind(fit(expressions, settings)), "fit_nothing");
 }
 
 class FitCommand : public testing::Test {

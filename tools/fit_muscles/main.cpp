@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -11,7 +12,9 @@
 #include <CLI/CLI.hpp>
 
 #include <nms/lang/quantity.h>
+#include <nms/runtime/face_file.h>
 #include <nms/runtime/polygon_mesh.h>
+#include <nms/stdlib/embedded.h>
 
 #include "fit_program.h"
 #include "muscle_fit.h"
@@ -26,9 +29,13 @@ struct Options {
   std::string face = "ada";
   std::string neutral;
   std::vector<std::string> expressions;  // UNITS=FILE.obj
+  std::string figures;
+  std::vector<std::string> units;  // of the figures
   std::vector<std::string> muscles;
   std::string unit = "1mm";
   std::string output;
+  bool keep_shares = false;
+  int most_steps = fit_muscles::FitSettings{}.most_steps;
   double stiffness = fit_muscles::FitSettings{}.stiffness;
 };
 
@@ -49,6 +56,25 @@ tl::expected<runtime::PolygonMesh, program::Failure> read_mesh(const std::string
   const auto text = read_file(path);
   if (!text) return tl::unexpected(program::Failure{"cannot_read", path, "it cannot be read", "give an OBJ file"});
   return runtime::read_obj(*text, path);
+}
+
+bool named(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// The face's surface: beside the sources, or the library's.
+tl::expected<runtime::Face, program::Failure> read_face(const Options& options, const program::Program& program) {
+  const std::string path(program.faces.empty() ? "" : program.string(program.faces[0].surface));
+  for (const std::string& source : options.sources) {
+    const auto beside = (std::filesystem::path(source).parent_path() / path).string();
+    if (const auto text = read_file(beside)) return runtime::read_face(*text, beside, runtime::face_form(program));
+  }
+  for (const auto& file : stdlib::embedded_files()) {
+    if (file.path == "faces/" + path) return runtime::read_face(file.text, path, runtime::face_form(program));
+  }
+  return tl::unexpected(program::Failure{"cannot_read", options.face,
+                                         fmt::format("its surface \"{}\" is not there", path),
+                                         "put it beside the source that declares the face"});
 }
 
 // Beside it, then renamed: no half-written file.
@@ -89,6 +115,22 @@ int run(const Options& options) {
     if (!text) return fail({"cannot_read", path, "it cannot be read", "give a .nms file"});
     sources.emplace_back(path, std::move(*text));
   }
+  std::vector<fit_muscles::UnitFigures> figures;
+  if (!options.figures.empty()) {
+    const auto text = read_file(options.figures);
+    if (!text) return fail({"cannot_read", options.figures, "it cannot be read", "give a table of figures"});
+    auto read = fit_muscles::read_unit_figures(*text, options.figures);
+    if (!read) return fail(read.error());
+    for (fit_muscles::UnitFigures& f : *read) {
+      if (!options.units.empty() && !named(options.units, f.unit)) continue;
+      units.push_back(f.unit);
+      figures.push_back(std::move(f));
+    }
+  }
+  if (units.empty()) {
+    return fail({"fit_nothing", "fit", "there is nothing to fit to",
+                 "give --neutral and --expression, or --figures and units that it has"});
+  }
   std::string said;
   const auto image = fit_muscles::compile_face(sources, options.face, units, said);
   if (!image) {
@@ -97,9 +139,17 @@ int run(const Options& options) {
   }
   const program::Program& program = image->program();
 
-  const auto neutral = read_mesh(options.neutral);
-  if (!neutral) return fail(neutral.error());
-  const fit_muscles::RestMesh rest = fit_muscles::rest_mesh(*neutral, unit_m);
+  // Its surface gives regions to fields, and shows what figures are measured on.
+  const auto face = read_face(options, program);
+  if (!face && !options.figures.empty()) return fail(face.error());
+
+  fit_muscles::RestMesh rest;
+  if (!options.neutral.empty()) {
+    const auto neutral = read_mesh(options.neutral);
+    if (!neutral) return fail(neutral.error());
+    rest = fit_muscles::rest_mesh(*neutral, unit_m);
+    if (face) fit_muscles::take_regions(rest, *face);
+  }
   std::vector<fit_muscles::Expression> expressions;
   for (const auto& [name, path] : wanted) {
     const auto mesh = read_mesh(path);
@@ -112,15 +162,19 @@ int run(const Options& options) {
   fit_muscles::FitSettings settings;
   settings.muscles = options.muscles;
   settings.stiffness = options.stiffness;
-  const auto result = fit_muscles::fit_muscles(program, rest, expressions, settings);
+  settings.fit_shares = !options.keep_shares;
+  settings.most_steps = options.most_steps;
+  fit_muscles::Measured measured;
+  measured.rest = &rest;
+  measured.fields = expressions;
+  if (face) measured.face = &*face;
+  measured.figures = figures;
+  const auto result = fit_muscles::fit_muscles(program, measured, settings);
   if (!result) return fail(result.error());
   for (const std::string& name : result->left_out) {
     fmt::print(stderr, "note: {} moves no points by itself, and is left as it is\n", name);
   }
-  for (const fit_muscles::FitError& e : result->errors) {
-    fmt::print(stderr, "{}: rms {:.3f} mm -> {:.3f} mm, max {:.2f} mm -> {:.2f} mm, of {:.3f} mm rms\n", e.expression,
-               e.before_rms_mm, e.after_rms_mm, e.before_max_mm, e.after_max_mm, e.measured_rms_mm);
-  }
+  for (const std::string& line : fit_muscles::report_lines(*result)) fmt::print(stderr, "{}\n", line);
   const std::string text = fit_muscles::muscle_text(program, *result);
   if (options.output.empty()) {
     fmt::print("{}", text);
@@ -140,19 +194,23 @@ int main(int argc, char** argv) {
   app.add_option("--face", options.face,
                  "Face of the library, or one that a source declares: its landmarks place the muscles")
       ->capture_default_str();
-  app.add_option("--neutral", options.neutral, "The face at rest, in the face's coordinates")
-      ->required()
-      ->type_name("OBJ");
-  app.add_option("--expression", options.expressions,
-                 "Units at their maximum and the face that shows them: AU12=smile.obj")
-      ->required()
-      ->type_name("UNITS=OBJ")
-      ->take_all()
-      ->expected(1);
+  auto* neutral = app.add_option("--neutral", options.neutral, "The face at rest, in the face's coordinates");
+  neutral->type_name("OBJ");
+  auto* expression = app.add_option("--expression", options.expressions,
+                                    "Units at their maximum and the face that shows them: AU12=smile.obj")
+                         ->type_name("UNITS=OBJ")
+                         ->take_all()
+                         ->expected(1);
+  expression->needs(neutral);
+  app.add_option("--figures", options.figures, "Table of what was measured of units at their maximum")
+      ->type_name("TABLE");
+  app.add_option("--units", options.units, "Of the table only these: AU12,AU6")->delimiter(',');
   app.add_option("--muscle", options.muscles, "Only this muscle, without side; may be given several times")
       ->take_all()
       ->expected(1);
   app.add_option("--unit", options.unit, "What one unit of the OBJ files is")->capture_default_str();
+  app.add_flag("--keep-shares", options.keep_shares, "Leave the units' shares of their muscles as they are");
+  app.add_option("--steps", options.most_steps, "At most so many")->capture_default_str()->check(CLI::Range(1, 1000));
   app.add_option("--stiffness", options.stiffness, "How strongly parameters are held to where they begin [mm^2]")
       ->capture_default_str();
   app.add_option("-o,--output", options.output, "Where the fitted muscles go; standard output if not given")
