@@ -62,14 +62,15 @@ std::string millimetres(double metres) {
   return (text == "-0" ? "0" : text) + "mm";
 }
 
-/// The face as the language declares it; sided places are given for the left.
-std::string declaration(const std::string& name, const std::string& base, const runtime::Places& landmarks) {
+/// The face as the language declares it; if it is symmetric, sided places are given for the left.
+std::string declaration(const std::string& name, const std::string& base, const runtime::Places& landmarks,
+                        bool symmetric) {
   std::string text =
       fmt::format("// The surfaces of `{}`, laid onto a scan by nmsc face fit.\nface {} {{\n  surface \"{}.x3d\"\n\n",
                   base, name, name);
   for (const auto& [mark, place] : landmarks) {
-    if (mark.ends_with("_R")) continue;
-    const bool sided = mark.ends_with("_L");
+    if (symmetric && mark.ends_with("_R")) continue;
+    const bool sided = symmetric && mark.ends_with("_L");
     text += fmt::format("  landmark {}{} ({}, {}, {})\n", sided ? mark.substr(0, mark.size() - 2) : mark,
                         sided ? " sides" : "", millimetres(place.x), millimetres(place.y), millimetres(place.z));
   }
@@ -118,14 +119,16 @@ void run(const GlobalOptions& global, const FaceFitOptions& options, SourceFiles
     add_failure(diagnostics, scan.error());
     return;
   }
-  const auto fitted = runtime::fit_face(surface->text(), surface->path(), landmarks, *scan, unit_m, *marks);
+  const auto halves = options.symmetric ? runtime::Halves::alike : runtime::Halves::each;
+  const auto fitted = runtime::fit_face(surface->text(), surface->path(), landmarks, *scan, unit_m, *marks, halves);
   if (!fitted) {
     add_failure(diagnostics, fitted.error());
     return;
   }
   const std::string x3d = std::filesystem::path(options.output).replace_extension(".x3d").string();
   if (!write_text(x3d, runtime::write_face_x3d(fitted->file), diagnostics)) return;
-  if (!write_text(options.output, declaration(*name, options.face, fitted->landmarks), diagnostics)) return;
+  if (!write_text(options.output, declaration(*name, options.face, fitted->landmarks, options.symmetric), diagnostics))
+    return;
   fmt::print(stderr,
              "{}: {} on {} by {} landmarks: {:.2f} mm from it in the mean, 95 % within {:.2f} mm ({:.2f} mm by "
              "landmarks alone)\n",

@@ -44,6 +44,7 @@ struct FaceFitOptions {
   std::string landmarks;  ///< a JSON file
   std::string face = "ada";
   std::string unit = "1mm";  ///< of the scan and the landmarks
+  bool symmetric = false;    ///< both halves alike
   std::string output;        ///< a .nms; its .x3d stands beside it
 };
 int face_fit(const GlobalOptions& global, const FaceFitOptions& options);

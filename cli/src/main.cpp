@@ -350,6 +350,7 @@ int main(int argc, char** argv) try {
   fit_command->add_option("--face", fit_options.face, "Face whose surfaces and muscles are taken")
       ->capture_default_str();
   fit_command->add_option("--unit", fit_options.unit, "What one unit of the scan is")->capture_default_str();
+  fit_command->add_flag("--symmetric", fit_options.symmetric, "Both halves alike, fitted to the mean of the scan's");
   fit_command->add_option("-o,--output", fit_options.output, "The .nms to write; its .x3d goes beside it")
       ->required()
       ->type_name("ME.nms");

@@ -237,8 +237,8 @@ class Borders {
 
 class Fit {
  public:
-  Fit(FaceScene scene, std::string_view name, const Places& landmarks)
-      : scene_(std::move(scene)), name_(name), places_(landmarks) {}
+  Fit(FaceScene scene, std::string_view name, const Places& landmarks, Halves halves)
+      : scene_(std::move(scene)), name_(name), places_(landmarks), alike_(halves == Halves::alike) {}
 
   tl::expected<FittedFace, Failure> run(const PolygonMesh& scan, double unit_m, const Places& marks) {
     if (auto read = borders_.read(scene_.file); !read) return tl::unexpected(read.error());
@@ -320,10 +320,11 @@ class Fit {
     for (std::size_t i = 0; i < names_.size(); ++i) {
       const std::string other = other_side(names_[i]);
       glm::dvec3 place = marks_[i];
+      const auto pair = std::find(names_.begin(), names_.end(), other);
       if (other == names_[i]) {
-        place.x = 0.0;
-      } else if (const auto pair = std::find(names_.begin(), names_.end(), other); pair != names_.end()) {
-        place = 0.5 * (place + mirror(marks_[static_cast<std::size_t>(pair - names_.begin())]));
+        if (alike_) place.x = 0.0;
+      } else if (pair != names_.end()) {
+        if (alike_) place = 0.5 * (place + mirror(marks_[static_cast<std::size_t>(pair - names_.begin())]));
       } else if (const auto own = places_.find(other); own != places_.end()) {
         from.push_back(own->second);
         to.push_back(mirror(place));
@@ -366,7 +367,7 @@ class Fit {
       for (glm::dvec3& p : points) {
         const std::size_t e = left ? 0 : 1;
         glm::dvec3 q = ball ? moved[e] + scale[e] * (p - centre[e]) : warp(p);
-        if (p.x == 0.0) q.x = 0.0;  // halves meet there
+        if (alike_ && p.x == 0.0) q.x = 0.0;  // halves meet there
         p = q;
       }
     };
@@ -374,7 +375,7 @@ class Fit {
     for (FaceFileSurface& surface : scene_.file.surfaces) bend(surface.points, surface.frame);
     borders_.shut(scene_.file);
     for (auto& [mark, place] : places_) {
-      const bool middle = place.x == 0.0;
+      const bool middle = alike_ && place.x == 0.0;
       place = warp(place);
       if (middle) place.x = 0.0;
     }
@@ -422,13 +423,15 @@ class Fit {
     std::vector<double> distances;
     for (std::size_t v = 0; v < positions.size(); ++v) {
       const glm::dvec3 p(positions[v]);
-      if (!outside[v] || p.x < 0.0) continue;
+      if (!outside[v] || (alike_ && p.x < 0.0)) continue;
       const glm::dvec3 n(normals[v]);
       std::optional<glm::dvec3> q = target.nearest(p, n);
-      const auto other = target.nearest(mirror(p), mirror(n));
       if (q) distances.push_back(glm::distance(*q, p));
-      if (other) distances.push_back(glm::distance(*other, mirror(p)));
-      if (other) q = q ? 0.5 * (*q + mirror(*other)) : mirror(*other);
+      if (alike_) {
+        const auto other = target.nearest(mirror(p), mirror(n));
+        if (other) distances.push_back(glm::distance(*other, mirror(p)));
+        if (other) q = q ? 0.5 * (*q + mirror(*other)) : mirror(*other);
+      }
       if (!q) continue;
       // What is behind the ears has no features to keep.
       const double width = p.z > ears ? kSample : kSampleBehind;
@@ -454,9 +457,9 @@ class Fit {
     for (const auto& [cell, bin] : bins) {
       glm::dvec3 from = bin.from / bin.count;
       glm::dvec3 to = bin.to / bin.count;
-      if (from.x < 0.25 * kSample) {
+      if (alike_ && from.x < 0.25 * kSample) {
         from.x = to.x = 0.0;
-      } else {
+      } else if (alike_) {
         from_.push_back(mirror(from));
         to_.push_back(mirror(to));
       }
@@ -470,6 +473,7 @@ class Fit {
   Borders borders_;
   std::string name_;
   Places places_;
+  bool alike_ = false;  // both halves are one
   FittedFace result_;
   glm::dmat3 back_{1.0};            // from the scan's axes to the face's
   std::vector<std::string> names_;  // landmarks that both have
@@ -481,10 +485,11 @@ class Fit {
 }  // namespace
 
 tl::expected<FittedFace, Failure> fit_face(std::string_view x3d, std::string_view name, const Places& landmarks,
-                                           const PolygonMesh& scan, double unit_m, const Places& marks) {
+                                           const PolygonMesh& scan, double unit_m, const Places& marks, Halves halves) {
   auto scene = read_scene_x3d(x3d, name, NurbsText::xml, {});
   if (!scene) return tl::unexpected(scene.error());
-  return Fit(std::move(*scene), name, landmarks).run(scan, unit_m, marks);
+  if (halves == Halves::each && !write_out_halves(*scene)) halves = Halves::alike;
+  return Fit(std::move(*scene), name, landmarks, halves).run(scan, unit_m, marks);
 }
 
 }  // namespace nms::runtime

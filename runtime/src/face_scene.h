@@ -45,6 +45,11 @@ tl::expected<Face, program::Failure> read_nurbs_face(std::string_view text, std:
 tl::expected<Face, program::Failure> build_face(const FaceScene& scene, std::string_view name,
                                                 const TessellationSettings& settings);
 
+/// Writes out what the scene shows under a mirror (x to -x): afterwards each half has surfaces and curves of its own,
+/// which meet in those of the midline, and nothing is mirrored. The face is the same.
+/// @return false: the scene shows its surfaces under other transforms too, and is left as it is
+bool write_out_halves(FaceScene& scene);
+
 /// Under a mirror "_left" and "_right" at the end of a name change places.
 std::string mirrored_name(const std::string& name);
 

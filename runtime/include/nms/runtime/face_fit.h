@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <string>
@@ -18,6 +19,9 @@ namespace nms::runtime {
 
 /// Places by name; sided ones end in _L and _R.  [m]
 using Places = std::map<std::string, glm::dvec3, std::less<>>;
+
+/// How the two halves of a face follow a scan.
+enum class Halves : std::uint8_t { each, alike };
 
 /// A face laid onto a scan: the same surfaces, the same names, other places.
 struct FittedFace {
@@ -40,7 +44,10 @@ struct FittedFace {
 /// distances and an affine part, least bent). Control points go with space, so seams stay shut and what lies inside
 /// goes along; eyeballs stay round: they are shifted and scaled.
 ///
-/// Both halves are fitted alike, to the mean of what they meet: the face stays as symmetric as it was.
+/// Each half is fitted to its own side of the scan; what the face's file shows under a mirror is written out for that
+/// (a file with other transforms than that mirror is fitted alike).
+/// A landmark that is given on one side only counts, mirrored, for the other too. With Halves::alike both are fitted to
+/// the mean of what they meet: the face stays as symmetric as it was.
 ///
 /// @param x3d        the face's file
 /// @param landmarks  the face's
@@ -52,6 +59,7 @@ struct FittedFace {
 /// has nothing near the face: wrong unit or landmarks).
 [[nodiscard]] tl::expected<FittedFace, program::Failure> fit_face(std::string_view x3d, std::string_view name,
                                                                   const Places& landmarks, const PolygonMesh& scan,
-                                                                  double unit_m, const Places& marks);
+                                                                  double unit_m, const Places& marks,
+                                                                  Halves halves = Halves::each);
 
 }  // namespace nms::runtime
