@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,10 +16,13 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include <nms/compiler/compile.h>
+#include <nms/runtime/face_file.h>
 #include <nms/runtime/face_fit.h>
 #include <nms/runtime/face_x3d.h>
 
 #include "ada_fixture.h"
+#include "embedded_library.h"
 
 namespace nms::ada {
 namespace {
@@ -179,14 +183,21 @@ TEST(FaceFit, another_person_is_found_again_below_a_millimetre) {
   EXPECT_EQ(fitted->landmarks.at("nasion").x, 0.0);
 }
 
+const runtime::FittedFace& uneven_fit() {
+  static const runtime::FittedFace fitted =
+      runtime::fit_face(embedded("faces/ada.x3d"), "ada.x3d", ada_landmarks(), scan_of(uneven_person), 0.001,
+                        marks_of(uneven_person, kMarks))
+          .value();
+  return fitted;
+}
+
 // Both halves by themselves. Places are compared with ada's own, laid onto herself in the same way: the same vertices.
 TEST(FaceFit, a_face_that_is_not_symmetric_is_followed_on_both_sides) {
   const auto fit = [](Person person, runtime::Halves halves) {
     return runtime::fit_face(embedded("faces/ada.x3d"), "ada.x3d", ada_landmarks(), scan_of(person), 0.001,
                              marks_of(person, kMarks), halves);
   };
-  const auto fitted = fit(uneven_person, runtime::Halves::each);
-  ASSERT_TRUE(fitted.has_value()) << fitted.error().cause;
+  const runtime::FittedFace* fitted = &uneven_fit();
   EXPECT_LT(fitted->mean_m, 0.0003);
   const auto alike = fit(uneven_person, runtime::Halves::alike);
   ASSERT_TRUE(alike.has_value()) << alike.error().cause;
@@ -254,6 +265,41 @@ TEST(FaceFit, a_face_that_is_not_symmetric_is_followed_on_both_sides) {
   }
 }
 
+// Ada's muscles on it, by its own landmarks, which are those of both sides.
+TEST(FaceFit, a_face_of_two_halves_moves) {
+  const runtime::FittedFace* fitted = &uneven_fit();
+  const runtime::Face mine = runtime::read_face_x3d(runtime::write_face_x3d(fitted->file), "me.x3d").value();
+  const Bound& b = all_units();
+  program::Program program = b.image.program();
+  std::vector<program::Landmark> landmarks(program.landmarks.begin(), program.landmarks.end());
+  for (program::Landmark& mark : landmarks) {
+    const glm::dvec3 p = fitted->landmarks.at(std::string(program.string(mark.name)));
+    for (int k = 0; k < 3; ++k) mark.position[k] = static_cast<float>(p[k]);
+  }
+  program.landmarks = landmarks;
+  const auto rig = runtime::bind(mine, program);
+  ASSERT_TRUE(rig.has_value()) << rig.error().cause;
+  const std::vector<glm::dvec3> places = places_of(mine);
+  const std::vector<char> bare = skin_without_shells(mine);
+  const auto moved_mm = [&](const std::string& unit, const std::string& mark) {
+    runtime::Pose pose = runtime::make_pose(mine, *rig);
+    runtime::pose_face(mine, *rig, values_of(b, {unit}), pose);
+    const glm::dvec3 p = fitted->landmarks.at(mark);
+    std::size_t best = 0;
+    for (std::size_t v = 0; v < places.size(); ++v) {
+      if (bare[v] && glm::distance(places[v], p) < glm::distance(places[best], p)) best = v;
+    }
+    return 1000.0 * glm::distance(glm::dvec3(pose.positions[best]), places[best]);
+  };
+  for (const char* side : {"_L", "_R"}) {
+    EXPECT_GT(moved_mm("AU12", std::string("mouth_corner") + side), 10.0) << side;
+    EXPECT_GT(moved_mm("AU43", std::string("lid_upper_mid") + side), 5.0) << side;
+    EXPECT_GT(moved_mm("AU2", std::string("brow_outer") + side), 4.0) << side;
+  }
+  EXPECT_GT(moved_mm("AU27", "menton"), 25.0);
+  EXPECT_LT(moved_mm("AU12L", "mouth_corner_R"), 1.0);
+}
+
 TEST(FaceFit, what_cannot_be_fitted_is_refused) {
   const auto kind = [&](const PolygonMesh& scan, double unit_m, const Places& marks) {
     const auto made = runtime::fit_face(embedded("faces/ada.x3d"), "ada.x3d", ada_landmarks(), scan, unit_m, marks);
@@ -291,6 +337,54 @@ TEST(FaceFit, lies_on_a_scan) {
   fmt::print("the skin lies {:.3f} mm from the scan in the mean, 95 % of it within {:.2f} mm ({} places)\n",
              1000.0 * fitted->mean_m, 1000.0 * fitted->p95_m, fitted->measured);
   EXPECT_LT(fitted->mean_m, 0.0005);
+}
+
+// A head that another modelled: MakeHuman's base, by the landmarks of examples/faces/makehuman.nms.
+TEST(FaceFit, lies_on_the_makehuman_head) {
+  const char* given = std::getenv("NMS_FACES");
+  const std::filesystem::path folder =
+      given != nullptr ? std::filesystem::path(given) : std::filesystem::path(NMS_SOURCE_DIR) / "../shared/data/faces";
+  const std::filesystem::path path = folder / "makehuman/base.obj";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no makehuman/base.obj in " << folder << ": set NMS_FACES";
+  const auto text = [](const std::filesystem::path& of) {
+    std::ifstream file(of, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  EmbeddedLibrary library;
+  lang::Diagnostics diagnostics;
+  compiler::CompileOptions options;
+  options.face = "makehuman";
+  const std::string declared = text(std::filesystem::path(NMS_SOURCE_DIR) / "examples/faces/makehuman.nms");
+  const auto draft = compiler::compile({std::make_shared<const lang::Source>("makehuman.nms", declared)}, library,
+                                       diagnostics, options);
+  ASSERT_TRUE(draft.has_value());
+  const program::Image image = std::move(program::Image::from(*draft).value());
+  const auto head = runtime::read_face(text(path), "base.obj", runtime::face_form(image.program()));
+  ASSERT_TRUE(head.has_value()) << head.error().cause;
+  PolygonMesh scan;
+  scan.positions = places_of(*head);
+  PolygonMesh::Piece piece;
+  for (const runtime::Primitive& p : head->skin.primitives) {
+    for (std::size_t i = 0; i + 2 < p.triangles.size(); i += 3) {
+      piece.triangles.push_back({p.triangles[i], p.triangles[i + 1], p.triangles[i + 2]});
+    }
+  }
+  scan.pieces.push_back(std::move(piece));
+  const runtime::Landmarks marks = runtime::landmarks_of(*head, image.program());
+  const auto fitted = runtime::fit_face(embedded("faces/ada.x3d"), "ada.x3d", ada_landmarks(), scan, 1.0,
+                                        Places(marks.begin(), marks.end()));
+  ASSERT_TRUE(fitted.has_value()) << fitted.error().cause;
+  fmt::print(
+      "by {} landmarks: {:.3f} mm from the head in the mean, 95 % within {:.2f} mm ({:.2f} mm by landmarks alone)\n",
+      fitted->landmarks_used, 1000.0 * fitted->mean_m, 1000.0 * fitted->p95_m, 1000.0 * fitted->before_mean_m);
+  EXPECT_LT(fitted->mean_m, 0.0005);
+  EXPECT_LT(fitted->p95_m, 0.002);
+  // It is a symmetric head: the halves, fitted apart, are alike.
+  for (const auto& [name, place] : fitted->landmarks) {
+    if (!name.ends_with("_L")) continue;
+    const glm::dvec3 other = fitted->landmarks.at(name.substr(0, name.size() - 1) + "R");
+    EXPECT_LT(glm::distance(glm::dvec3(-place.x, place.y, place.z), other), 0.001) << name;
+  }
 }
 
 }  // namespace

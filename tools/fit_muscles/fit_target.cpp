@@ -22,11 +22,14 @@ namespace {
 constexpr double kWeight_mm = 0.03;  // of a figure that is missed by what is let pass
 constexpr double kSize = 0.10;
 constexpr double kDirection = 0.17;
-constexpr double kArea = 0.2;
+constexpr double kArea = 0.4;
 constexpr double kLeastArea = 0.01;
 constexpr double kGap = 0.15;
 constexpr double kLeastGap_mm = 0.7;
+constexpr double kWidth = 0.03;
 constexpr double kOpening = 0.05;
+constexpr double kStill = 0.10;  // of the largest displacement
+constexpr double kStillMore = 0.05;
 
 bool all_finite(std::span<const double> values) {
   return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
@@ -107,12 +110,19 @@ tl::expected<std::unique_ptr<FigureTarget>, Failure> FigureTarget::create(const 
       return tl::unexpected(Failure{"unknown_unit", f.unit, fmt::format("there is no unit '{}'", f.unit),
                                     "name units as the library does: AU12, AU30L, AU63"});
     }
-    const auto near = landmarks.find(f.near);
-    if (near == landmarks.end()) {
-      return tl::unexpected(Failure{"missing_landmark", f.unit, fmt::format("the face has no landmark '{}'", f.near),
-                                    "name one that the face has, with its side"});
+    Unit unit{f, std::move(*values), glm::dvec3(0.0), {}};
+    std::vector<std::string> marks = f.still;
+    marks.push_back(f.near);
+    for (const std::string& mark : marks) {
+      const auto place = landmarks.find(mark);
+      if (place == landmarks.end()) {
+        return tl::unexpected(Failure{"missing_landmark", f.unit, fmt::format("the face has no landmark '{}'", mark),
+                                      "name one that the face has, with its side"});
+      }
+      unit.near = place->second;
+      if (unit.still.size() < f.still.size()) unit.still.push_back(target->gauge_.nearest(place->second));
     }
-    target->units_.push_back({f, std::move(*values), near->second});
+    target->units_.push_back(std::move(unit));
   }
   target->keep_driven();
   return target;
@@ -163,6 +173,14 @@ bool FigureTarget::misses(std::span<const program::Muscle> muscles, std::span<co
     if (f.area) row[5] = (m.area - *f.area) / (kArea * *f.area + kLeastArea);
     if (f.gap_mm) row[6] = (m.gap_mm - *f.gap_mm) / std::max(kLeastGap_mm, kGap * std::abs(*f.gap_mm));
     if (f.opening) row[7] = (m.opening - *f.opening) / kOpening;
+    if (f.width) row[9] = (m.width - *f.width) / kWidth;
+    double restless = 0.0;
+    for (const std::uint32_t v : units_[u].still) {
+      const double moved_mm = 1000.0 * glm::distance(glm::dvec3(pose.positions[v]), gauge_.rest()[v]);
+      const double more = std::max(0.0, moved_mm / f.largest_mm - kStill) / kStillMore;
+      restless += more * more;
+    }
+    row[8] = std::sqrt(restless);
     for (double& r : row) r *= kWeight_mm;
   });
   return bound && all_finite(out);

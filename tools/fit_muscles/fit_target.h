@@ -54,8 +54,9 @@ class FieldTarget : public FitTarget {
 /// Figures, measured on a whole face as the runtime moves it: regions, lids, jaw and rolling lips count.
 ///
 /// A figure that is missed by what is let pass counts as 0.03 mm rms of a field. Let pass are: 10 % of the size, 10
-/// degrees, a quarter of the reach beyond its half, a fifth of the area (and 1 % of the face), 15 % of the lips' gap
-/// (at least 0.7 mm), 5 % of the eye's opening.
+/// degrees, a quarter of the reach beyond its half, two fifths of the area (and 1 % of the face), 15 % of the lips' gap
+/// (at least 0.7 mm), 3 % of the mouth's width, 5 % of the eye's opening, and a tenth of the largest displacement, and
+/// half as much again, where the face should be still.
 class FigureTarget : public FitTarget {
  public:
   /// Failures: unknown_unit, missing_landmark, those of runtime::bind().
@@ -73,12 +74,13 @@ class FigureTarget : public FitTarget {
   [[nodiscard]] std::vector<std::vector<program::ChannelId>> shown() const;
 
  private:
-  static constexpr std::size_t kRows = 8;
+  static constexpr std::size_t kRows = 10;
 
   struct Unit {
     UnitFigures figures;
-    std::vector<float> values;  // of the channels
-    glm::dvec3 near{0.0};       // [m]
+    std::vector<float> values;         // of the channels
+    glm::dvec3 near{0.0};              // [m]
+    std::vector<std::uint32_t> still;  // vertices
   };
 
   FigureTarget(const program::Program& program, const runtime::Face& face);

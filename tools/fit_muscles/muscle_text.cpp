@@ -103,6 +103,10 @@ std::string figure_line(const FigureError& e) {
     line +=
         fmt::format(", lips' gap {:+.1f} mm -> {:+.1f} mm of {:+.1f} mm", e.before.gap_mm, e.after.gap_mm, *f.gap_mm);
   }
+  if (f.width) {
+    line += fmt::format(", mouth's width {:+.0f} % -> {:+.0f} % of {:+.0f} %", 100.0 * e.before.width,
+                        100.0 * e.after.width, 100.0 * *f.width);
+  }
   if (f.opening) {
     line += fmt::format(", eye {:.0f} % -> {:.0f} % of {:.0f} %", 100.0 * e.before.opening, 100.0 * e.after.opening,
                         100.0 * *f.opening);

@@ -14,7 +14,7 @@ using program::Failure;
 
 namespace {
 
-constexpr std::size_t kFields = 11;
+constexpr std::size_t kFields = 13;
 constexpr double kLargest_mm = 200.0;
 
 std::vector<std::string> fields_of(std::string_view line) {
@@ -68,7 +68,15 @@ UnitFigures read_line(Line& line) {
   f.reach_mm = line.number(1.0, kLargest_mm);
   if (const auto percent = line.number_or_none(0.1, 100.0)) f.area = *percent / 100.0;
   f.gap_mm = line.number_or_none(-kLargest_mm, kLargest_mm);
+  if (const auto percent = line.number_or_none(-100.0, 100.0)) f.width = *percent / 100.0;
   if (const auto percent = line.number_or_none(0.0, 300.0)) f.opening = *percent / 100.0;
+  if (const std::string still = line.word(); still != "-") {
+    for (std::size_t at = 0; at <= still.size();) {
+      const std::size_t end = std::min(still.find(',', at), still.size());
+      f.still.push_back(still.substr(at, end - at));
+      at = end + 1;
+    }
+  }
   const std::string kind = line.word();
   f.own = kind == "own";
   const double length = std::sqrt(glm::dot(f.direction, f.direction));
@@ -92,7 +100,8 @@ tl::expected<std::vector<UnitFigures>, Failure> read_unit_figures(std::string_vi
     if (fields.empty()) continue;
     const std::string place = fmt::format("{}:{}", name, number);
     const std::string form =
-        "unit, largest mm, x, y, z, landmark, reach mm, area %, gap mm, opening %, measured or own";
+        "unit, largest mm, x, y, z, landmark, reach mm, area %, gap mm, width %, opening %, still landmarks, measured "
+        "or own";
     if (fields.size() != kFields) {
       return tl::unexpected(
           Failure{"figures_bad_line", place, fmt::format("it has {} fields and not {}", fields.size(), kFields), form});

@@ -21,13 +21,15 @@ struct UnitFigures {
   double reach_mm = 0.0;      ///< how far from it the largest displacement may be
   std::optional<double>
       area;  ///< share of the face's surface that moves by more than a fifth of the largest, in (0, 1]
-  std::optional<double> gap_mm;   ///< change of the distance between the lips, in the middle
-  std::optional<double> opening;  ///< of the left eye, as a share of that at rest
-  bool own = false;               ///< set down by us, after what the FACS manual says moves, and not measured
+  std::optional<double> gap_mm;    ///< change of the distance between the lips, in the middle
+  std::optional<double> width;     ///< change of the mouth's width, as a share of that at rest
+  std::optional<double> opening;   ///< of the left eye, as a share of that at rest
+  std::vector<std::string> still;  ///< landmarks that hardly move: by less than a tenth of the largest (ours)
+  bool own = false;                ///< set down by us, after what the FACS manual says moves, and not measured
 };
 
 /// A table, one unit a line, fields between blanks, `-` for none, `#` before a remark:
-///   unit  largest-mm  x  y  z  near  reach-mm  area-%  gap-mm  opening-%  measured|own
+///   unit  largest-mm  x  y  z  near  reach-mm  area-%  gap-mm  width-%  opening-%  still,...  measured|own
 /// Failures: figures_bad_line (place names file and line), figures_twice, figures_none.
 [[nodiscard]] tl::expected<std::vector<UnitFigures>, program::Failure> read_unit_figures(std::string_view text,
                                                                                          std::string_view name);

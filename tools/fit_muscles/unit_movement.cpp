@@ -115,6 +115,8 @@ void MovementGauge::find_edges(const runtime::Face& face, const runtime::Landmar
     if (upper[v] > 0.95F) upper_lip_.push_back(v);
     if (lower[v] > 0.95F) lower_lip_.push_back(v);
   }
+  if (const auto corner = landmarks.find("mouth_corner_L"); corner != landmarks.end())
+    corner_ = nearest(corner->second);
   const auto inner_at = landmarks.find("eye_inner_L");
   const auto outer_at = landmarks.find("eye_outer_L");
   if (inner_at == landmarks.end() || outer_at == landmarks.end()) return;
@@ -156,7 +158,16 @@ double MovementGauge::lid_area(const Points& p) const {
 
 void MovementGauge::measure_edges(std::span<const glm::vec3> positions, UnitMovement& m) const {
   m.gap_mm = lip_gap_mm(positions) - rest_gap_mm_;
+  if (corner_ != 0) m.width = static_cast<double>(positions[corner_].x) / rest_[corner_].x - 1.0;
   m.opening = rest_lids_ > 0.0 ? lid_area(positions) / rest_lids_ : 0.0;
+}
+
+std::uint32_t MovementGauge::nearest(const glm::dvec3& place) const {
+  std::uint32_t best = left_.empty() ? 0 : left_.front();
+  for (const std::uint32_t v : left_) {
+    if (length_of(rest_[v] - place) < length_of(rest_[best] - place)) best = v;
+  }
+  return best;
 }
 
 UnitMovement MovementGauge::measure(std::span<const glm::vec3> positions) const {

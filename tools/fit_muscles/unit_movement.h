@@ -20,6 +20,7 @@ struct UnitMovement {
   glm::dvec3 place{0.0};      ///< where, at rest                                                       [m]
   double area = 0.0;          ///< share of the face's surface that moves by more than a fifth of that  [0, 1]
   double gap_mm = 0.0;        ///< change of the distance between the lips, in the middle
+  double width = 0.0;         ///< change of the mouth's width, from corner to middle, as a share of that at rest
   double opening = 0.0;       ///< of the left eye, seen from the front, of that at rest
 };
 
@@ -37,6 +38,9 @@ class MovementGauge {
   /// vertices weighted by |d|^p (which is below the largest by a few percent), the area counts a triangle by a smooth
   /// step about the threshold.
   [[nodiscard]] UnitMovement measure_smoothly(std::span<const glm::vec3> positions) const;
+
+  /// The visible vertex of the left half, or of the midline, that is nearest to a place at rest.
+  [[nodiscard]] std::uint32_t nearest(const glm::dvec3& place) const;
 
   [[nodiscard]] const std::vector<glm::dvec3>& rest() const { return rest_; }
 
@@ -60,6 +64,7 @@ class MovementGauge {
   double whole_ = 0.0;               // their sum                                             [m^2]
   std::vector<std::uint32_t> upper_lip_, lower_lip_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> lids_;  // upper, lower
+  std::uint32_t corner_ = 0;                                   // of the mouth; 0 where the face tells no landmark
   double rest_gap_mm_ = 0.0;
   double rest_lids_ = 0.0;
 };
