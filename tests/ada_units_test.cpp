@@ -1,5 +1,7 @@
-// What each action unit does to the face, measured and held to figures: tools/fit_muscles/measured_units.tsv, which says
-// where they are from. Bars: the direction within 25 degrees, the size within 30 %, the landmark's reach.
+// What each action unit does to the face, measured and held to figures: tools/fit_muscles/measured_units.tsv, which
+// says where they are from. The bars are 25 degrees and 30 %; what was measured is held closer, what we set
+// down ourselves (`own`) less so. docs/for-faces-fit.md tells how the muscles were fitted, and where the fit was not
+// followed.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -26,9 +28,16 @@ using fit_muscles::degrees_between;
 using fit_muscles::UnitFigures;
 using fit_muscles::UnitMovement;
 
-constexpr double kDirection_deg = 25.0;
-constexpr double kSize = 0.3;
-constexpr double kOpening = 0.10;
+constexpr double kDirection_deg = 15.0;
+constexpr double kOwnDirection_deg = 20.0;
+constexpr double kSize = 0.2;
+constexpr double kOwnSize = 0.3;
+// A share of the face's surface: half of it to half as much again, and never closer than 1.5 % of the face.
+constexpr double kArea = 0.5;
+constexpr double kLeastArea = 0.015;
+constexpr double kWidth = 0.06;    // of the mouth
+constexpr double kOpening = 0.10;  // of the eye
+constexpr double kStill = 0.2;     // of the largest displacement
 
 std::vector<UnitFigures> figures() {
   std::ifstream file(std::string(NMS_SOURCE_DIR) + "/tools/fit_muscles/measured_units.tsv", std::ios::binary);
@@ -38,21 +47,29 @@ std::vector<UnitFigures> figures() {
   return read ? *std::move(read) : std::vector<UnitFigures>{};
 }
 
-UnitMovement measure(const Bound& b, const std::string& unit) {
-  static const fit_muscles::MovementGauge gauge(face(), runtime::landmarks_of(face(), b.image.program()));
+const fit_muscles::MovementGauge& gauge(const Bound& b) {
+  static const fit_muscles::MovementGauge made(face(), runtime::landmarks_of(face(), b.image.program()));
+  return made;
+}
+
+const runtime::Pose& posed(const Bound& b, const std::string& unit) {
   static runtime::Pose pose = runtime::make_pose(face(), b.rig);
   runtime::pose_face(face(), b.rig, values_of(b, {unit}), pose);
-  return gauge.measure(pose.positions);
+  return pose;
 }
+
+/// The chin's skin is measured further forward than the teeth (9.0 mm); ours goes with them.
+double size_bar(const UnitFigures& f) { return f.own || f.unit == "AU29" ? kOwnSize : kSize; }
 
 std::string report_line(const Bound& b, const UnitFigures& f, const UnitMovement& m) {
   const glm::dvec3 d = m.direction;
   std::string line = fmt::format(
-      "{:6} {:5.1f} mm {:+4.0f} % {:3.0f} deg ({:5.2f} {:5.2f} {:5.2f}) {:4.1f} mm from {}, at {}; area {:.1f} %", f.unit,
-      m.largest_mm, 100 * (m.largest_mm / f.largest_mm - 1), degrees_between(d, f.direction), d.x, d.y, d.z,
+      "{:6} {:5.1f} mm {:+4.0f} % {:3.0f} deg ({:5.2f} {:5.2f} {:5.2f}) {:4.1f} mm from {}, at {}; area {:.1f} %",
+      f.unit, m.largest_mm, 100 * (m.largest_mm / f.largest_mm - 1), degrees_between(d, f.direction), d.x, d.y, d.z,
       1000 * glm::distance(m.place, landmark(b, f.near)), f.near, nearest_landmark(b, m.place), 100 * m.area);
   if (f.area) line += fmt::format(" of {:.0f} %", 100 * *f.area);
   if (f.gap_mm) line += fmt::format("; gap {:+.1f} of {:+.1f} mm", m.gap_mm, *f.gap_mm);
+  if (f.width) line += fmt::format("; width {:+.0f} of {:+.0f} %", 100 * m.width, 100 * *f.width);
   if (f.opening) line += fmt::format("; eye {:.0f} of {:.0f} %", 100 * m.opening, 100 * *f.opening);
   return line;
 }
@@ -61,12 +78,24 @@ TEST(AdaUnits, MoveAsMeasured) {
   const Bound& b = all_units();
   const bool print = std::getenv("NMS_REPORT") != nullptr;
   for (const UnitFigures& f : figures()) {
-    const UnitMovement m = measure(b, f.unit);
+    const runtime::Pose& pose = posed(b, f.unit);
+    const UnitMovement m = gauge(b).measure(pose.positions);
     const std::string line = report_line(b, f, m);
     if (print) fmt::print("{}\n", line);
-    EXPECT_LE(degrees_between(m.direction, f.direction), kDirection_deg) << line;
-    EXPECT_NEAR(m.largest_mm, f.largest_mm, kSize * f.largest_mm) << line;
+    EXPECT_LE(degrees_between(m.direction, f.direction), f.own ? kOwnDirection_deg : kDirection_deg) << line;
+    EXPECT_NEAR(m.largest_mm, f.largest_mm, size_bar(f) * f.largest_mm) << line;
     EXPECT_LE(1000 * glm::distance(m.place, landmark(b, f.near)), f.reach_mm) << line;
+    if (f.area) {
+      EXPECT_NEAR(m.area, *f.area, std::max(kArea * *f.area, kLeastArea)) << line;
+    }
+    for (const std::string& still : f.still) {
+      const std::uint32_t v = gauge(b).nearest(landmark(b, still));
+      const double mm = 1000 * glm::distance(glm::dvec3(pose.positions[v]), rest()[v]);
+      EXPECT_LE(mm, kStill * m.largest_mm) << still << ": " << line;
+    }
+    if (f.width) {
+      EXPECT_NEAR(m.width, *f.width, kWidth) << line;
+    }
     if (f.gap_mm) {
       EXPECT_NEAR(m.gap_mm, *f.gap_mm, std::max(1.5, 0.3 * *f.gap_mm)) << line;
     }

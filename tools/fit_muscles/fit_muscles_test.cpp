@@ -15,6 +15,7 @@
 
 #include <nms/runtime/face_x3d.h>
 #include <nms/runtime/polygon_mesh.h>
+#include <nms/runtime/rig.h>
 #include <nms/stdlib/embedded.h>
 
 #include "displacement_fields.h"
@@ -26,13 +27,22 @@ namespace {
 
 using program::Muscle;
 
-/// The skin of ada, thinned to 50 columns and rows or so: places enough for every muscle, few enough to be quick.
+/// Ada with half the rows and columns of vertices: places enough for every muscle, few enough to be quick.
+const runtime::Face& thin_face() {
+  static const runtime::Face face = [] {
+    for (const auto& file : stdlib::embedded_files()) {
+      if (file.path == "faces/ada.x3d") return runtime::read_face_x3d(file.text, "ada.x3d", {0.5, 400'000}).value();
+    }
+    ADD_FAILURE() << "no ada";
+    return runtime::Face{};
+  }();
+  return face;
+}
+
+/// Her skin.
 const runtime::PolygonMesh& thin_ada() {
   static const runtime::PolygonMesh mesh = [] {
-    runtime::Face face;
-    for (const auto& file : stdlib::embedded_files()) {
-      if (file.path == "faces/ada.x3d") face = runtime::read_face_x3d(file.text, "ada.x3d", {0.5, 400'000}).value();
-    }
+    const runtime::Face& face = thin_face();
     runtime::PolygonMesh made;
     const runtime::SparseMatrix& t = face.skin.surface;
     for (std::uint32_t v = 0; v < t.rows; ++v) {
@@ -98,6 +108,30 @@ class FitMuscles : public testing::Test {
     all.rest = &rest_;
     all.fields = fields;
     return fit_muscles(program(), all, settings);
+  }
+
+  tl::expected<FitResult, program::Failure> fit(std::span<const UnitFigures> figures, const FitSettings& settings) {
+    Measured all;
+    all.face = &thin_face();
+    all.figures = figures;
+    return fit_muscles(program(), all, settings);
+  }
+
+  /// What the true muscles show, as figures.
+  UnitFigures figures_of(const std::string& unit, const std::string& near) {
+    UnitFigures asked;
+    asked.unit = unit;
+    asked.near = near;
+    const auto target = FigureTarget::create(program(), thin_face(), std::array{asked});
+    const UnitMovement m = target.value()->movements(truth_, shares_).at(0);
+    asked.largest_mm = m.largest_mm;
+    asked.direction = m.direction;
+    asked.reach_mm = 15.0;
+    asked.area = m.area;
+    asked.gap_mm = m.gap_mm;
+    asked.width = m.width;
+    asked.opening = m.opening;
+    return asked;
   }
 
   const Muscle& left(const std::vector<Muscle>& muscles, const std::string& name) {
@@ -207,6 +241,137 @@ TEST_F(FitMuscles, the_same_input_gives_the_same_muscles) {
   EXPECT_EQ(muscle_text(program(), *a), muscle_text(program(), *b));
 }
 
+TEST_F(FitMuscles, figures_are_brought_back) {
+  compile({"AU12"});
+  change("zygomatic_major", [](Muscle& m) {
+    m.attachment_offset[2] += 0.008F;
+    m.angle *= 1.3F;
+    m.limit *= 0.75F;
+    m.dissipation_radius += 0.008F;
+  });
+  const std::array figures{figures_of("AU12", "mouth_corner_L")};
+  FitSettings settings;
+  settings.muscles = {"zygomatic_major"};
+  settings.stiffness = 1e-6;
+  settings.most_steps = 12;
+  const auto result = fit(figures, settings);
+  ASSERT_TRUE(result.has_value()) << result.error().cause;
+  ASSERT_EQ(result->figures.size(), 1U);
+  const UnitMovement& before = result->figures[0].before;
+  const UnitMovement& after = result->figures[0].after;
+  const UnitFigures& wanted = figures[0];
+  // Off, to begin with.
+  EXPECT_GT(std::abs(before.largest_mm - wanted.largest_mm), 0.15 * wanted.largest_mm);
+  EXPECT_GT(degrees_between(before.direction, wanted.direction), 4.0);
+  EXPECT_GT(std::abs(before.area - *wanted.area), 0.02);
+  EXPECT_GT(std::abs(before.width - *wanted.width), 0.03);
+  // And back. What is fitted is the largest displacement's neighbourhood, so a few percent are left.
+  EXPECT_NEAR(after.largest_mm, wanted.largest_mm, 0.05 * wanted.largest_mm);
+  EXPECT_LT(degrees_between(after.direction, wanted.direction), 3.0);
+  EXPECT_NEAR(after.area, *wanted.area, 0.01);
+  EXPECT_NEAR(after.width, *wanted.width, 0.01);
+  EXPECT_NE(report_lines(*result).at(0).find("AU12: "), std::string::npos);
+}
+
+TEST_F(FitMuscles, lids_and_hinges_and_rolling_lips_are_fitted_to_figures) {
+  compile({"AU5", "AU29", "AU28"});
+  change("levator_palpebrae", [](Muscle& m) { m.angle *= 1.4F; });
+  change("pterygoid", [](Muscle& m) { m.slide[2] *= 0.8F; });
+  change("orbicularis_oris_suck_upper", [](Muscle& m) { m.slide[2] *= 1.3F; });
+  change("orbicularis_oris_suck_lower", [](Muscle& m) { m.slide[2] *= 1.3F; });
+  const std::array figures{figures_of("AU5", "lid_upper_mid_L"), figures_of("AU29", "menton"),
+                           figures_of("AU28", "stomion")};
+  FitSettings settings;
+  settings.stiffness = 1e-6;
+  settings.precision = 1e-3;
+  settings.fit_shares = false;
+  settings.muscles = {"levator_palpebrae", "pterygoid", "orbicularis_oris_suck_upper", "orbicularis_oris_suck_lower"};
+  const auto result = fit(figures, settings);
+  ASSERT_TRUE(result.has_value()) << result.error().cause;
+  EXPECT_TRUE(result->left_out.empty());
+  for (const FigureError& e : result->figures) {
+    const double before = std::abs(e.before.largest_mm / e.measured.largest_mm - 1.0);
+    EXPECT_GT(before, 0.05) << e.measured.unit;
+    EXPECT_LT(std::abs(e.after.largest_mm / e.measured.largest_mm - 1.0), 0.5 * before) << e.measured.unit;
+  }
+  EXPECT_NEAR(left(result->muscles, "levator_palpebrae").angle, left(truth_, "levator_palpebrae").angle, 0.02);
+  EXPECT_NEAR(left(result->muscles, "pterygoid").slide[2], left(truth_, "pterygoid").slide[2], 0.0005);
+}
+
+// What muscles do to an OBJ's points is what the runtime does to the face: AU10 is held to a region, AU16 kept out of
+// one.
+TEST_F(FitMuscles, points_of_a_mesh_know_their_regions) {
+  for (const char* unit : {"AU10", "AU16"}) {
+    compile({unit});
+    const auto rig = runtime::bind(thin_face(), program());
+    ASSERT_TRUE(rig.has_value()) << rig.error().cause;
+    runtime::Pose pose = runtime::make_pose(thin_face(), *rig);
+    const auto units = expression_of(unit, thin_ada(), rest_, 0.001, program()).value().units;
+    std::vector<float> values(rig->channel_count(), 0.0F);
+    for (const program::ChannelId channel : units) values[static_cast<std::size_t>(channel)] = 1.0F;
+    runtime::pose_face(thin_face(), *rig, values, pose);
+    const auto miss_mm = [&] {
+      const auto moved = displacements(program(), truth_, shares_, rest_, units);
+      double sum = 0.0;
+      for (std::size_t i = 0; i < moved.size(); ++i) {
+        const glm::dvec3 d = 1000.0 * (glm::dvec3(pose.positions[i]) - rest_.points[i] - moved[i]);
+        sum += d.x * d.x + d.y * d.y + d.z * d.z;
+      }
+      return std::sqrt(sum / static_cast<double>(moved.size()));
+    };
+    const double without = miss_mm();
+    take_regions(rest_, thin_face());
+    const double with = miss_mm();
+    EXPECT_LT(with, 0.5 * without) << unit << ": " << with << " and " << without << " mm rms";
+  }
+}
+
+TEST(UnitFigures, tables_are_read_line_by_line) {
+  const auto kind = [](std::string_view text) {
+    const auto read = read_unit_figures(text, "t.tsv");
+    return read ? std::string("read") : read.error().kind + " " + read.error().place;
+  };
+  const std::string good = "AU12 15.8 .46 .67 -.58 mouth_corner_L 10 20 0.0 28 - nose_tip,subnasale measured\n";
+  const auto read =
+      read_unit_figures("# a remark\n\n" + good + "AU5 3.5 0 2e-1 0 lid_upper_mid_L 12 - - - 131 - own", "t.tsv");
+  ASSERT_TRUE(read.has_value()) << read.error().cause;
+  ASSERT_EQ(read->size(), 2U);
+  EXPECT_EQ(read->at(0).still, (std::vector<std::string>{"nose_tip", "subnasale"}));
+  EXPECT_DOUBLE_EQ(read->at(0).area.value(), 0.2);
+  EXPECT_DOUBLE_EQ(read->at(0).width.value(), 0.28);
+  EXPECT_FALSE(read->at(0).opening.has_value());
+  EXPECT_DOUBLE_EQ(read->at(1).direction.y, 1.0);
+  EXPECT_TRUE(read->at(1).own);
+  EXPECT_EQ(kind(""), "figures_none t.tsv");
+  EXPECT_EQ(kind(good + good), "figures_twice t.tsv:2");
+  EXPECT_EQ(kind("AU12 15.8\n"), "figures_bad_line t.tsv:1");
+  for (const char* bad : {"nan", "1e9", "-1", "x", "1x", ""}) {
+    std::string line = good;
+    line.replace(line.find("15.8"), 4, bad);
+    EXPECT_EQ(kind(line), "figures_bad_line t.tsv:1") << bad;
+  }
+  std::string still = good;
+  still.replace(still.find("measured"), 8, "guessed");
+  EXPECT_EQ(kind(still), "figures_bad_line t.tsv:1");
+  EXPECT_EQ(kind("AU12 15.8 0 0 0 mouth_corner_L 10 - - - - - own"), "figures_bad_line t.tsv:1");
+}
+
+TEST_F(FitMuscles, figures_that_do_not_fit_the_face_are_refused) {
+  compile({"AU12"});
+  const auto kind = [&](const std::string& unit, const std::string& near) {
+    UnitFigures f;
+    f.unit = unit;
+    f.near = near;
+    f.largest_mm = 1.0;
+    f.direction = {0.0, 1.0, 0.0};
+    f.reach_mm = 10.0;
+    const auto made = fit(std::array{f}, FitSettings{});
+    return made ? std::string("made") : made.error().kind;
+  };
+  EXPECT_EQ(kind("AU99", "nasion"), "unknown_unit");
+  EXPECT_EQ(kind("AU12", "elbow"), "missing_landmark");
+}
+
 TEST_F(FitMuscles, what_cannot_be_fitted_is_refused) {
   compile({"AU12"});
   const auto kind = [](const auto& made) { return made ? std::string("made") : made.error().kind; };
@@ -247,11 +412,10 @@ class FitCommand : public testing::Test {
   }
 
   /// The arguments of the page's command.
-  static std::string documented() {
+  static std::string documented(std::string_view command) {
     std::ifstream page(std::string(NMS_SOURCE_DIR) + "/docs/for-faces-fit.md");
-    const std::string_view command = "nmsc-fit ";
     for (std::string line; std::getline(page, line);) {
-      if (line.starts_with(command)) return line.substr(command.size());
+      if (line.starts_with(command)) return line.substr(std::string_view("nmsc-fit ").size());
     }
     ADD_FAILURE() << "the page shows no command";
     return {};
@@ -275,7 +439,7 @@ TEST_F(FitCommand, writes_muscles_that_compile) {
   const auto channels = expression_of("AU12", thin_ada(), rest, 0.001, image->program()).value().units;
   write("neutral.obj", obj_text(thin_ada(), {}));
   write("smile.obj", obj_text(thin_ada(), displacements(image->program(), truth, shares, rest, channels)));
-  ASSERT_EQ(run(documented()), 0) << read("err");
+  ASSERT_EQ(run(documented("nmsc-fit --neutral ")), 0) << read("err");
   const std::string fitted = read("fitted.nms");
   EXPECT_NE(fitted.find("muscle zygomatic_major sides : linear from zygomatic"), std::string::npos) << fitted;
   EXPECT_NE(read("err").find("AU12: rms "), std::string::npos);
@@ -301,6 +465,21 @@ TEST_F(FitCommand, writes_muscles_that_compile) {
     }
   }
   EXPECT_TRUE(found);
+}
+
+TEST_F(FitCommand, fits_to_figures) {
+  std::filesystem::copy_file(std::string(NMS_SOURCE_DIR) + "/tools/fit_muscles/measured_units.tsv",
+                             path("measured_units.tsv"));
+  ASSERT_EQ(run(documented("nmsc-fit --figures ")), 0) << read("err");
+  const std::string fitted = read("fitted.nms");
+  EXPECT_NE(fitted.find("muscle frontalis_lateralis sides : sheet from forehead_outer"), std::string::npos) << fitted;
+  EXPECT_NE(read("err").find("AU2: "), std::string::npos);
+  write("bad.tsv", "AU2 8.6\n");
+  EXPECT_NE(run("--figures bad.tsv -o out.nms"), 0);
+  EXPECT_NE(read("err").find("figures_bad_line"), std::string::npos);
+  EXPECT_NE(run("--figures measured_units.tsv --units AU98 -o out.nms"), 0);
+  EXPECT_NE(run("-o out.nms"), 0);
+  EXPECT_FALSE(std::filesystem::exists(path("out.nms")));
 }
 
 TEST_F(FitCommand, hostile_files_are_refused_and_nothing_is_written) {

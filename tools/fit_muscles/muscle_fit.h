@@ -30,7 +30,7 @@ struct FitSettings {
   std::vector<std::string> muscles;  ///< those that are fitted, without side; empty: all that the expressions drive
   double stiffness = 1e-4;           ///< [mm^2]
   int most_steps = 60;
-  double precision = 1e-5;  ///< the fit ends where a step makes less of the sum smaller than this share
+  double precision = 1e-4;  ///< the fit ends where a step makes less of the sum smaller than this share
   bool fit_shares = true;   ///< of units that a muscle serves beside the first
 };
 

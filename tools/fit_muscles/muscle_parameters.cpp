@@ -25,6 +25,8 @@ constexpr double kLeastRadius = 0.001;  // [m]
 constexpr double kFurthest = 0.030;     // that a place may go from where it begins [m]
 constexpr double kSmaller = 0.25;       // of its first length, that a radius may become
 constexpr double kLarger = 4.0;
+constexpr double kLessGain = 0.5;  // of its first
+constexpr double kMoreGain = 3.0;
 
 const char* suffix(Side side) { return side == Side::left ? "_L" : side == Side::right ? "_R" : ""; }
 
@@ -190,6 +192,14 @@ void MuscleParameters::add_radius(const std::string& name, const Muscle& m, floa
   add_number(name, m, field, kLength, std::max(kLeastRadius, kSmaller * value), kLarger * value);
 }
 
+// It keeps its sign and something of its strength: of two muscles that do the same, none is fitted away.
+void MuscleParameters::add_gain(const std::string& name, const Muscle& m, float Muscle::*field, double scale) {
+  const double value = static_cast<double>(m.*field);
+  if (value == 0.0) return;
+  add_number(name, m, field, scale, std::min(kLessGain * value, kMoreGain * value),
+             std::max(kLessGain * value, kMoreGain * value));
+}
+
 void MuscleParameters::add_gap(const std::string& name, const Muscle& m) {
   const double value = static_cast<double>(m.dissipation_radius - m.insertion_radius);
   Parameter p;
@@ -250,7 +260,7 @@ void MuscleParameters::add_parameters(const std::string& name, const Muscle& mus
       } else {
         add_radius(name, m, &Muscle::perpendicular_radius);
       }
-      add_number(name, m, &Muscle::limit, kShare, 0.0, 2.0);
+      add_gain(name, m, &Muscle::limit, kShare);
       return;
     case MuscleKind::sphincter:
     case MuscleKind::bulge:
@@ -258,8 +268,8 @@ void MuscleParameters::add_parameters(const std::string& name, const Muscle& mus
       if (m.insertion != program::StringId{}) add_place(name, m, &Muscle::insertion_offset);
       add_radius(name, m, &Muscle::major_radius);
       add_radius(name, m, &Muscle::minor_radius);
-      if (m.kind == MuscleKind::sphincter) add_number(name, m, &Muscle::limit, kShare, 0.0, 1.0);
-      add_number(name, m, &Muscle::amount, kLength, -0.1, 0.1);
+      if (m.kind == MuscleKind::sphincter) add_gain(name, m, &Muscle::limit, kShare);
+      add_gain(name, m, &Muscle::amount, kLength);
       return;
     case MuscleKind::roll:
       // It runs to the mouth's corner: that end stays.

@@ -62,6 +62,7 @@ class MuscleParameters {
   void add_number(const std::string& name, const program::Muscle& m, float program::Muscle::*field, double scale,
                   double low, double high);
   void add_radius(const std::string& name, const program::Muscle& m, float program::Muscle::*field);
+  void add_gain(const std::string& name, const program::Muscle& m, float program::Muscle::*field, double scale);
   void add_gap(const std::string& name, const program::Muscle& m);
   void add_slide(const std::string& name, const program::Muscle& m);
   void add_parameters(const std::string& name, const program::Muscle& muscle);
