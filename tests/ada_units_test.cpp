@@ -1,5 +1,5 @@
 // What each action unit does to the face, measured and held to figures: tools/fit_muscles/measured_units.tsv, which
-// says where they are from. The bars are 25 degrees and 30 %; what was measured is held closer, what we set
+// says where they are from. Asked for are 25 degrees and 30 %; what was measured is held closer, what we set
 // down ourselves (`own`) less so. docs/for-faces-fit.md tells how the muscles were fitted, and where the fit was not
 // followed.
 #include <algorithm>

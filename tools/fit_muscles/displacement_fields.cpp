@@ -1,13 +1,15 @@
 #include "displacement_fields.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <map>
 #include <optional>
 
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
-
-#include "../fit_face/triangle_tree.h"
 
 namespace nms::fit_muscles {
 
@@ -30,40 +32,72 @@ RestMesh rest_mesh(const runtime::PolygonMesh& neutral, double unit_m) {
   return rest;
 }
 
+namespace {
+
+constexpr double kNear = 0.010;  // how far a point may be from the face that tells its regions [m]
+
+/// The skin's vertices in cells as wide as that.
+class SkinVertices {
+ public:
+  explicit SkinVertices(const runtime::Skin& skin) {
+    const runtime::SparseMatrix& t = skin.surface;
+    for (const runtime::Primitive& primitive : skin.primitives) {
+      for (const std::uint32_t v : primitive.triangles) {
+        if (places_.contains(v)) continue;
+        glm::dvec3 p(skin.offsets[v]);
+        for (std::uint32_t k = t.row_begin[v]; k < t.row_begin[v + 1]; ++k) {
+          p += static_cast<double>(t.value[k]) * skin.points[t.column[k]];
+        }
+        places_[v] = p;
+        cells_[cell(p)].push_back(v);
+      }
+    }
+  }
+
+  [[nodiscard]] std::optional<std::uint32_t> nearest(const glm::dvec3& p) const {
+    std::optional<std::uint32_t> best;
+    double least = kNear;
+    const Cell c = cell(p);
+    for (std::int64_t x = c[0] - 1; x <= c[0] + 1; ++x) {
+      for (std::int64_t y = c[1] - 1; y <= c[1] + 1; ++y) {
+        for (std::int64_t z = c[2] - 1; z <= c[2] + 1; ++z) {
+          const auto at = cells_.find({x, y, z});
+          if (at == cells_.end()) continue;
+          for (const std::uint32_t v : at->second) {
+            const double d = glm::distance(places_.at(v), p);
+            if (d < least) least = d, best = v;
+          }
+        }
+      }
+    }
+    return best;
+  }
+
+ private:
+  using Cell = std::array<std::int64_t, 3>;
+
+  static Cell cell(const glm::dvec3& p) {
+    const auto part = [](double x) { return static_cast<std::int64_t>(std::floor(std::clamp(x / kNear, -1e6, 1e6))); };
+    return {part(p.x), part(p.y), part(p.z)};
+  }
+
+  std::map<std::uint32_t, glm::dvec3> places_;
+  std::map<Cell, std::vector<std::uint32_t>> cells_;
+};
+
+}  // namespace
+
 void take_regions(RestMesh& rest, const runtime::Face& face) {
-  constexpr double kNear = 0.010;  // [m]
   const runtime::SparseMatrix& t = face.skin.surface;
-  std::vector<glm::dvec3> places;
-  for (std::uint32_t v = 0; v < t.rows; ++v) {
-    glm::dvec3 p(face.skin.offsets[v]);
-    for (std::uint32_t k = t.row_begin[v]; k < t.row_begin[v + 1]; ++k) {
-      p += static_cast<double>(t.value[k]) * face.skin.points[t.column[k]];
-    }
-    places.push_back(p);
-  }
-  std::vector<fit_face::Triangle> triangles;
-  for (const runtime::Primitive& p : face.skin.primitives) {
-    for (std::size_t i = 0; i + 2 < p.triangles.size(); i += 3) {
-      triangles.push_back({p.triangles[i], p.triangles[i + 1], p.triangles[i + 2]});
-    }
-  }
-  const fit_face::TriangleTree tree(std::move(places), std::move(triangles));
-  std::vector<std::uint32_t> vertex(rest.points.size(), t.rows);  // the nearest corner of the nearest triangle
-  for (std::size_t i = 0; i < vertex.size(); ++i) {
-    const fit_face::Nearest near = tree.nearest(rest.points[i]);
-    if (!(near.distance <= kNear)) continue;
-    double least = 1.0;
-    for (const std::uint32_t v : tree.triangles()[near.triangle]) {
-      const double d = glm::distance(tree.positions()[v], near.point);
-      if (d < least) least = d, vertex[i] = v;
-    }
-  }
+  const SkinVertices skin(face.skin);
+  std::vector<std::optional<std::uint32_t>> vertex;
+  for (const glm::dvec3& p : rest.points) vertex.push_back(skin.nearest(p));
   for (const auto& [name, of_point] : face.regions) {
     std::vector<float>& weights = rest.regions[name];
     weights.assign(vertex.size(), 0.0F);
     for (std::size_t i = 0; i < vertex.size(); ++i) {
-      if (vertex[i] == t.rows) continue;
-      for (std::uint32_t k = t.row_begin[vertex[i]]; k < t.row_begin[vertex[i] + 1]; ++k) {
+      if (!vertex[i]) continue;
+      for (std::uint32_t k = t.row_begin[*vertex[i]]; k < t.row_begin[*vertex[i] + 1]; ++k) {
         weights[i] += t.value[k] * of_point[t.column[k]];
       }
     }
