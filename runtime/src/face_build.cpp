@@ -4,6 +4,7 @@
 #include <cstring>
 #include <map>
 #include <set>
+#include <tuple>
 #include <unordered_map>
 #include <utility>
 
@@ -384,8 +385,17 @@ class FaceBuilder {
     return std::nullopt;
   }
 
+  // Where the shells of two surfaces touch, as halves do at the midline, they are one: no crease between them.
+  using ShellPlace = std::tuple<std::size_t, std::uint32_t, std::int64_t, std::int64_t, std::int64_t>;
+
+  static ShellPlace shell_place(std::size_t transform, std::uint32_t material, const glm::dvec3& p) {
+    const auto part = [](double x) { return static_cast<std::int64_t>(std::llround(std::clamp(x, -1e6, 1e6) * 1e6)); };
+    return {transform, material, part(p.x), part(p.y), part(p.z)};
+  }
+
   Maybe add_shells() {
     std::map<std::size_t, Shell> shells;
+    std::map<ShellPlace, std::uint32_t> made;  // by surfaces before
     for (const SurfaceUse& use : scene_.uses) {
       const FaceFileSurface& surface = file_.surfaces[use.surface];
       if (surface.rides.empty() || !surface.frame.empty()) continue;
@@ -410,8 +420,18 @@ class FaceBuilder {
           ids.push_back(shell.first[v]);
           continue;
         }
+        const glm::dvec3 at_rest = at(shell.rows[v]) + shell.offsets[v];
+        const auto touched = made.find(shell_place(use.transform, surface.material, at_rest));
+        if (touched != made.end()) {
+          ids.push_back(touched->second);
+          continue;
+        }
         const VertexPlace& place = shell.mesh.places[v];
         ids.push_back(add_vertex(shell.rows[v], use.transform, offset, tint_at(surface, place.u, place.v)));
+      }
+      for (std::size_t v = 0; v < ids.size(); ++v) {
+        const glm::dvec3 at_rest = at(shell.rows[v]) + shell.offsets[v];
+        made.emplace(shell_place(use.transform, surface.material, at_rest), ids[v]);
       }
       if (use.transform == first_) shell.first = ids;
       add_triangles(surface.material, shell.mesh.triangles[0], ids, mirrors(use.transform), face_.skin.primitives);
