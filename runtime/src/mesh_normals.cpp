@@ -98,6 +98,19 @@ NormalScratch make_normal_scratch(const NormalSums& sums, std::size_t vertex_cou
   return {std::vector<Vector>(vertex_count), std::vector<Vector>(sums.triangles.size() / 3)};
 }
 
+// Four numbers at a time; the fourth, the next place's first, is of no account.
+static void widen(std::span<const glm::vec3> positions, std::span<Vector> out) {
+  static_assert(sizeof(glm::vec3) == 3 * sizeof(float) && sizeof(Vector) == 4 * sizeof(float));
+  if (positions.empty()) return;
+  const std::size_t last = positions.size() - 1;
+  for (std::size_t v = 0; v < last; ++v) {
+    Four four;
+    std::memcpy(&four, &positions[v].x, sizeof four);
+    std::memcpy(&out[v], &four, sizeof four);
+  }
+  out[last] = {{positions[last].x, positions[last].y, positions[last].z}, 0.0F};
+}
+
 NMS_FOR_SEVERAL_PROCESSORS
 static void cross_triangles(std::span<const std::uint32_t> corners, const Vector* __restrict positions,
                             Vector* __restrict out) {
@@ -145,9 +158,7 @@ void area_weighted_normals(const NormalSums& sums, std::span<const glm::vec3> po
                            std::span<glm::vec3> normals) {
   assert(scratch.positions.size() == positions.size() && normals.size() == positions.size());
   assert(scratch.triangles.size() == sums.triangles.size() / 3);
-  for (std::size_t v = 0; v < positions.size(); ++v) {
-    scratch.positions[v] = {{positions[v].x, positions[v].y, positions[v].z}, 0.0F};
-  }
+  widen(positions, scratch.positions);
   cross_triangles(sums.triangles, scratch.positions.data(), scratch.triangles.data());
   sum_triangles(sums, scratch.triangles.data(), normals.data());
 }
