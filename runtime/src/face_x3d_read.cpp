@@ -115,7 +115,7 @@ class SceneReader {
   void collect_names(const pugi::xml_node& scene) {
     pugi::xml_node at = scene.first_child();
     while (at && at != scene) {
-      if (const char* def = at.attribute("DEF").value(); *def != '\0') names_.try_emplace(def, at);
+      if (const char* def = at.attribute("DEF").value(); *def != '\0') names_.try_emplace({def, at.name()}, at);
       if (at.first_child()) {
         at = at.first_child();
         continue;
@@ -125,12 +125,13 @@ class SceneReader {
     }
   }
 
-  // The node itself, or the one its USE names.
+  // The node itself, or the one its USE names: of its own kind, if several share the name.
   tl::expected<pugi::xml_node, Failure> resolve(const pugi::xml_node& node) const {
     const char* use = node.attribute("USE").value();
     if (*use == '\0') return node;
-    const auto found = names_.find(use);
-    if (found == names_.end()) {
+    auto found = names_.find({use, node.name()});
+    if (found == names_.end()) found = names_.lower_bound({use, ""});
+    if (found == names_.end() || found->first.first != use) {
       return tl::unexpected(Failure{"face_bad_reference", place(node), fmt::format("nothing is called '{}'", use),
                                     "give the node that is meant this DEF"});
     }
@@ -266,7 +267,7 @@ class SceneReader {
   Maybe read_curves(const pugi::xml_node& scene) {
     // Every NurbsCurve with our metadata, wherever it stands; it is a border, not something to see.
     std::vector<pugi::xml_node> nodes;
-    for (const auto& [def, node] : names_) {
+    for (const auto& [name, node] : names_) {
       if (std::strcmp(node.name(), "NurbsCurve") == 0 && metadata_set(node, "curve")) nodes.push_back(node);
     }
     (void)scene;
@@ -554,7 +555,7 @@ class SceneReader {
 
   std::string_view name_;
   const FaceLimits& limits_;
-  std::map<std::string, pugi::xml_node> names_;
+  std::map<std::pair<std::string, std::string>, pugi::xml_node> names_;  // DEF, kind of node
   std::map<std::string, std::uint32_t> curve_index_;
   std::map<std::pair<void*, bool>, std::uint32_t> materials_;
   std::map<std::pair<void*, void*>, std::size_t> surfaces_;
