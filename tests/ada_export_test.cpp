@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -88,6 +89,16 @@ TEST(AdaExport, the_tongue_goes_out_as_the_runtime_has_it_unasked) {
   ASSERT_EQ(report.clips.size(), 1U);
   EXPECT_LE(report.clips[0].askew_share, 0.02) << report.clips[0].askew_mesh;
   EXPECT_LE(report.clips[0].largest_m, 0.0005) << report.clips[0].mesh;
+}
+
+// Both open the jaw; together no further than it goes.
+TEST(AdaExport, a_jaw_opened_twice_stays_at_its_limit) {
+  const Bound b = bind_with("timeline wide 600ms { AU27 at 0s for 500ms;  AU19 at 0s for 500ms }");
+  const runtime::GltfReport report = report_of(b, {});
+  ASSERT_EQ(report.clips.size(), 1U);
+  EXPECT_LE(report.clips[0].largest_m, 0.004) << report.clips[0].mesh << " near " << report.clips[0].place;
+  EXPECT_TRUE(std::find(report.corrections.begin(), report.corrections.end(), "fix.jaw.limit") !=
+              report.corrections.end());
 }
 
 /// Bytes that a file takes at 10,000 vertices: straight between the counts that the face has at two densities.

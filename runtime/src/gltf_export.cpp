@@ -39,6 +39,7 @@ constexpr double kTurnTolerance = 0.02 * 3.14159265358979 / 180;  // [rad]
 constexpr double kShiftTolerance = 1e-5;                          // [m]
 // Of parts that bend, where nothing is asked for. A tongue goes out over the teeth, by no straight way, and is small.
 constexpr double kPartError_m = 0.0005;
+constexpr float kPartTurn = 4.0F;  // of what normals may lack where an error is asked for
 // What a quantized target moves a vertex by, it is stored for; a share of the error where one is asked for.
 constexpr double kLeastMove_m = 1e-5;
 constexpr double kLeastMoveShare = 0.05;
@@ -79,6 +80,7 @@ class Export {
     }
     for (MorphedMesh& m : morphs_->meshes()) m.linear.note_reach();
     for (MorphedMesh& m : morphs_->meshes()) {
+      if (options_.max_error_m <= 0.0) m.lack_turn = kPartTurn * kNormalLack;
       if (error_m(m) > 0.0) add_residual_targets(*morphs_, stage_, m, clips_, error_m(m));
     }
     model_.asset.version = "2.0";

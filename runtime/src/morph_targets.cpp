@@ -22,8 +22,14 @@ constexpr float kNormalDust = 1e-3F;    // of a unit normal, 0.06 degrees
 constexpr float kShortestNormal = 0.7F;
 // A correction that no clip asks more of than this is left out: 0.1 of the largest sagitta is below 0.3 mm.
 constexpr double kLeastCorrection = 0.1;
+constexpr double kLeastExcess = 0.02;  // of the whole turn
 // Between the moments that are looked at, a clip may ask for a little more.
 constexpr double kMoreBetween = 1.05;
+
+/// Not of what goes too far.
+bool bends(const TurnCorrection& correction) {
+  return correction.kind == TurnCorrection::Kind::lid_bend || correction.kind == TurnCorrection::Kind::jaw_bend;
+}
 
 glm::vec3 without_dust(glm::vec3 d, float dust) {
   return d.x * d.x + d.y * d.y + d.z * d.z < dust * dust ? glm::vec3(0.0F) : d;
@@ -130,6 +136,7 @@ void MorphTargets::choose_corrections() {
       {TurnCorrection::Kind::lid_bend, 1, "fix.lid_upper_R.50"},
       {TurnCorrection::Kind::lid_contact, 1, "fix.lid_upper_R.contact"},
       {TurnCorrection::Kind::jaw_bend, 0, "fix.jaw.50"},
+      {TurnCorrection::Kind::jaw_limit, 0, "fix.jaw.limit"},
   };
   std::vector<double> most(all.size(), 0.0);
   for (const Clip* clip : clips_) {
@@ -145,7 +152,7 @@ void MorphTargets::choose_corrections() {
   }
   std::fill(stage_.values.begin(), stage_.values.end(), 0.0F);
   for (std::size_t c = 0; c < all.size(); ++c) {
-    const double least = all[c].kind == TurnCorrection::Kind::lid_contact ? 0.02 : kLeastCorrection;
+    const double least = bends(all[c]) ? kLeastCorrection : kLeastExcess;
     if (most[c] <= least) continue;
     corrections_.push_back(all[c]);
     corrections_.back().whole = std::max(kMoreBetween * most[c], 1.0);
@@ -159,20 +166,18 @@ float MorphTargets::target_weight(const MorphTarget& target) const {
 double MorphTargets::correction_weight(const TurnCorrection& correction, const Turns& now) const {
   double sum = 0.0;
   double squares = 0.0;
+  const bool jaw =
+      correction.kind == TurnCorrection::Kind::jaw_bend || correction.kind == TurnCorrection::Kind::jaw_limit;
   for (std::size_t i = 0; i < skin_targets_.size(); ++i) {
     const double w = static_cast<double>(target_weight(skin_targets_[i]));
-    const double u =
-        correction.kind == TurnCorrection::Kind::jaw_bend ? target_turns_[i].jaw : target_turns_[i].lid[correction.eye];
+    const double u = jaw ? target_turns_[i].jaw : target_turns_[i].lid[correction.eye];
     sum += w * u;
     squares += w * u * u;
   }
-  const double whole = correction.whole;
-  if (correction.kind == TurnCorrection::Kind::jaw_bend)
-    return std::max(4.0 * (squares - now.jaw * now.jaw), 0.0) / whole;
-  const double turned = now.lid[correction.eye];
+  const double turned = jaw ? now.jaw : now.lid[correction.eye];
   const double excess = std::max(sum - turned, 0.0);
-  if (correction.kind == TurnCorrection::Kind::lid_contact) return excess / whole;
-  return std::max(4.0 * (squares - excess - turned * turned), 0.0) / whole;
+  if (!bends(correction)) return excess / correction.whole;
+  return std::max(4.0 * (squares - excess - turned * turned), 0.0) / correction.whole;
 }
 
 void MorphTargets::pose_correction(const TurnCorrection& correction, double u) {
@@ -180,7 +185,7 @@ void MorphTargets::pose_correction(const TurnCorrection& correction, double u) {
   std::fill(stage_.pose.contractions.begin(), stage_.pose.contractions.end(), 0.0F);
   stage_.pose.lids = {};
   stage_.pose.motions = {};
-  if (correction.kind == TurnCorrection::Kind::jaw_bend) {
+  if (correction.kind == TurnCorrection::Kind::jaw_bend || correction.kind == TurnCorrection::Kind::jaw_limit) {
     for (const RigTables::HingeDrive& drive : stage_.rig.tables().hinge_drives) {
       if (drive.frame != Frame::jaw || drive.angle != jaw_turn_) continue;
       stage_.pose.contractions[drive.muscle] = static_cast<float>(u);
@@ -265,7 +270,7 @@ LinearMesh::Target MorphTargets::straight_target(const MorphedMesh& m) {
 LinearMesh::Target MorphTargets::straight_correction(const MorphedMesh& m, const TurnCorrection& correction) {
   LinearMesh::Target straight = still_target(m);
   pose_correction(correction, 1.0);
-  const bool bend = correction.kind != TurnCorrection::Kind::lid_contact;
+  const bool bend = bends(correction);
   const float end = bend ? -0.5F : -1.0F;
   const std::vector<glm::vec3>& positions = m.linear.positions;
   const std::vector<glm::vec3>& normals = m.linear.normals;
@@ -335,7 +340,7 @@ void MorphTargets::find_lacking(const MorphedMesh& m, std::span<const float> wei
   for (std::size_t v = 0; v < count; ++v) {
     const glm::vec3 truth = m.posed_normals(stage_.pose)[v];
     const float along = normals[v].x * truth.x + normals[v].y * truth.y + normals[v].z * truth.z;
-    normals[v] = (std::clamp(along, kShortestNormal, 1.0F) * truth - normals[v]) / kNormalLack;
+    normals[v] = (std::clamp(along, kShortestNormal, 1.0F) * truth - normals[v]) / m.lack_turn;
   }
 }
 

@@ -27,9 +27,10 @@ struct MorphTarget {
 /// vertex by the share U of the whole turn, a target of share u moves it by u a + u^2 b. The turn U = sum w u wants
 /// U a + U^2 b. What lacks is (U^2 - sum w u^2) b; and the surface half-way less half of the surface at the end is
 /// -b/4. So a target with that shape and the weight 4 (sum w u^2 - U^2) mends it to second order, whatever AUs are
-/// mixed. Where the runtime stops the lid at contact, targets go on; a second one takes the excess back.
+/// mixed. Where the runtime stops the lid at contact or the jaw at its limit, targets go on; a second one takes the
+/// excess back.
 struct TurnCorrection {
-  enum class Kind : std::uint8_t { lid_bend, lid_contact, jaw_bend };
+  enum class Kind : std::uint8_t { lid_bend, lid_contact, jaw_bend, jaw_limit };
   Kind kind = Kind::lid_bend;
   std::size_t eye = 0;
   std::string name;
@@ -37,6 +38,9 @@ struct TurnCorrection {
   /// stop there.
   double whole = 1.0;
 };
+
+/// The unit of what normals may lack, as a length: 3 degrees of the shortest that counts, and some room for keys.
+inline constexpr float kNormalLack = 0.021F;
 
 /// A node whose mesh has targets.
 struct MorphedMesh {
@@ -50,6 +54,7 @@ struct MorphedMesh {
   std::optional<ResidualBasis> basis;       ///< of the residuals, in units of what may be lacking
   std::optional<VertexGrid> grid;           ///< what the file rounds to
   double lack_m = 0.0;                      ///< that unit of positions                              [m]
+  float lack_turn = kNormalLack;            ///< and of normals, as a length
 
   [[nodiscard]] std::size_t count() const { return targets.size() + corrections.size() + residuals.size(); }
   /// Where the pose keeps it.
@@ -123,9 +128,6 @@ class MorphTargets {
     std::vector<float> weights;
   } last_;  // of weights_at()
 };
-
-/// The unit of what normals may lack, as a length: 3 degrees of the shortest that counts, and some room for keys.
-inline constexpr float kNormalLack = 0.021F;
 
 /// A target that moves nothing.
 [[nodiscard]] LinearMesh::Target still_target(const MorphedMesh& m);

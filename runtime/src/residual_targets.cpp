@@ -162,7 +162,7 @@ void ResidualSearch::append(std::span<const glm::vec3> lacking, std::size_t at) 
   LinearMesh::Target target = still_target(m_);
   for (std::size_t v = 0; v < count; ++v) {
     target.moved[v] = static_cast<float>(m_.lack_m) * lacking[v];
-    target.turned[v] = kNormalLack * lacking[count + v];
+    target.turned[v] = m_.lack_turn * lacking[count + v];
   }
   target = without_dust(std::move(target));
   if (m_.grid) {
@@ -172,7 +172,7 @@ void ResidualSearch::append(std::span<const glm::vec3> lacking, std::size_t at) 
   std::vector<glm::vec3> field(2 * count);
   for (std::size_t v = 0; v < count; ++v) {
     field[v] = static_cast<float>(1.0 / m_.lack_m) * target.moved[v];
-    field[count + v] = target.turned[v] / kNormalLack;
+    field[count + v] = target.turned[v] / m_.lack_turn;
   }
   const glm::vec3& place = m_.linear.positions[at % count];
   m_.residuals.push_back(fmt::format("fix.{}.{}", nearest_landmark(stage_.program, place), m_.residuals.size() + 1));
