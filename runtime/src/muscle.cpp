@@ -13,6 +13,9 @@ using program::Falloff;
 using program::Muscle;
 using program::MuscleKind;
 
+// Of half a mouth's width, from its middle: where a lip's two halves slide all the way.
+constexpr double kMiddle = 0.5;
+
 double dot(glm::dvec3 a, glm::dvec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 double length(glm::dvec3 a) { return std::sqrt(dot(a, a)); }
 double square(double x) { return x * x; }
@@ -163,10 +166,9 @@ glm::dvec3 roll_shift(const Muscle& muscle, const MusclePlaces& places, glm::dve
   const double c = cosine(angle);
   const glm::dvec3 across(t.y * v.z - t.z * v.y, t.z * v.x - t.x * v.z, t.x * v.y - t.y * v.x);
   const glm::dvec3 turned = c * v + sine(angle) * across + (1.0 - c) * dot(t, v) * t;
-  const glm::dvec3 slide(x < 0.0   ? -muscle.slide[0]
-                         : x > 0.0 ? muscle.slide[0]
-                                   : 0.0F,
-                         muscle.slide[1], muscle.slide[2]);
+  // Halves slide apart or together, and the lip's middle stays: between them the slide must grow more slowly than x.
+  const double sideways = smooth_rise(0.0, kMiddle, s) * (x < 0.0 ? -1.0 : 1.0);
+  const glm::dvec3 slide(sideways * static_cast<double>(muscle.slide[0]), muscle.slide[1], muscle.slide[2]);
   return turned - v + share * slide;
 }
 

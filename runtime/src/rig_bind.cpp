@@ -199,9 +199,10 @@ std::vector<glm::dvec3> RigParts::point_normals() const {
 
 std::optional<Failure> RigParts::read_muscles() {
   const std::vector<glm::dvec3> normals = point_normals();
+  const std::vector<SkinNormal> skin = outer_skin();
   rig.pull_begin.push_back(0);
   for (std::uint32_t index = 0; index < muscles.size(); ++index) {
-    if (auto failure = read_muscle(index, normals)) {
+    if (auto failure = read_muscle(index, normals, skin)) {
       if (!may_lack(*failure, {index, program::kNone, false, missing})) return failure;
     }
     rig.pull_begin.push_back(static_cast<std::uint32_t>(rig.pulls.size()));
@@ -209,7 +210,8 @@ std::optional<Failure> RigParts::read_muscles() {
   return std::nullopt;
 }
 
-std::optional<Failure> RigParts::read_muscle(std::uint32_t index, std::span<const glm::dvec3> normals) {
+std::optional<Failure> RigParts::read_muscle(std::uint32_t index, std::span<const glm::dvec3> normals,
+                                             std::span<const SkinNormal> skin) {
   const Muscle& muscle = muscles[index];
   MusclePlaces places;
   const auto attachment = landmark(muscle, muscle.attachment);
@@ -233,7 +235,11 @@ std::optional<Failure> RigParts::read_muscle(std::uint32_t index, std::span<cons
     case MuscleKind::roll: {
       const auto share = weights(muscle);
       if (!share) return share.error();
-      const std::vector<Pull> set = activation_set(muscle, places, face.skin.points, normals, *share);
+      const std::vector<glm::dvec3> directions = muscle.kind == MuscleKind::bulge
+                                                     ? bulge_directions(muscle, places, normals, skin)
+                                                     : std::vector<glm::dvec3>();
+      const std::vector<Pull> set =
+          activation_set(muscle, places, face.skin.points, directions.empty() ? normals : directions, *share);
       rig.pulls.insert(rig.pulls.end(), set.begin(), set.end());
       break;
     }

@@ -42,10 +42,18 @@ struct RigParts {
   std::vector<program::Muscle> muscles;  ///< the program's, their lengths those of this face
   RigTables rig;
 
+  /// A vertex of the skin that can be seen, and the triangles about it: twice their area along their normals.
+  struct SkinNormal {
+    glm::dvec3 place{0.0};  ///< at rest [m]
+    glm::dvec3 area{0.0};   ///< [m2]
+    bool hidden = false;    ///< the mouth's lining
+  };
+
   std::optional<program::Failure> check_face() const;
   std::optional<program::Failure> check_place() const;
   void scale_muscles();
-  std::optional<program::Failure> read_muscle(std::uint32_t index, std::span<const glm::dvec3> normals);
+  std::optional<program::Failure> read_muscle(std::uint32_t index, std::span<const glm::dvec3> normals,
+                                              std::span<const SkinNormal> skin);
   /// Whether it is a gap that may stand: the caller goes on without the muscle or axis.
   bool may_lack(const program::Failure& failure, RigGap gap);
   std::optional<program::Failure> make_eye_lids(std::size_t index);
@@ -54,6 +62,11 @@ struct RigParts {
                                                                    program::StringId name);
   tl::expected<std::vector<float>, program::Failure> weights(const program::Muscle& muscle);
   std::vector<glm::dvec3> point_normals() const;
+  std::vector<SkinNormal> outer_skin() const;
+  /// `normals` of the points, those that the bulge reaches replaced by the direction in which it pushes them.
+  std::vector<glm::dvec3> bulge_directions(const program::Muscle& muscle, const MusclePlaces& places,
+                                           std::span<const glm::dvec3> normals,
+                                           std::span<const SkinNormal> skin_normals) const;
   std::optional<program::Failure> read_muscles();
   std::optional<program::Failure> read_eyelid(std::uint32_t index, const glm::dvec3& centre, const glm::dvec3& margin);
   std::optional<program::Failure> read_hinge(std::uint32_t index, const glm::dvec3& axis);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <glm/geometric.hpp>
@@ -97,6 +98,41 @@ double mouth_corner(const Model& m) {
     }
   }
   return corner;
+}
+
+// Between closed lips the scan's margins cross by 0.2 mm beside the corner: the upper lip's lies below the lower one's,
+// and where one turns into the other the surface turns inside out. Here the upper one goes up and the lower one down,
+// most a little way from the corner, so that the corner is a narrow U.
+void part_corner(Model& m) {
+  const double corner = mouth_corner(m);
+  constexpr double kPart = .022;   // each way, in units of 10 mm
+  constexpr double kSpans = 1.4;   // of the lip's curve, from the corner to where they part most
+  constexpr double kLip = .45;     // share of the lip's width that takes part
+  constexpr double kLining = .75;  // and of the lining's
+  const auto raise = [&](double along) {
+    const double s = (corner - along) / kSpans;
+    return kPart * s * std::exp(.5 * (1 - s * s));
+  };
+  const std::uint32_t margin = m.curve("margin");
+  std::vector<bool> done(m.x.size(), false);
+  const auto shift = [&](const runtime::Row& row, double along, double share) {
+    if (row.size() != 1 || done[row[0].point]) return;
+    done[row[0].point] = true;
+    m.x[row[0].point].y += share * raise(along);
+  };
+  const std::vector<double>& knots = m.net.curves[margin].knots;
+  for (std::size_t i = 0; i < m.seams.curves[margin].size(); ++i) {
+    shift(m.seams.curves[margin][i], greville(knots, i) * knots.back(), 1.0);
+  }
+  for (const auto& [name, reach] : {std::pair("lip", kLip), std::pair("lining", kLining)}) {
+    const runtime::NetSurface& surface = m.net.surfaces[m.surface(name)];
+    const std::vector<runtime::Row>& rows = m.seams.surfaces[m.surface(name)];
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const Beside b = beside(m, surface, "margin", greville(surface.knots_u, i % surface.count_u()),
+                              greville(surface.knots_v, i / surface.count_u()));
+      shift(rows[i], b.along, 1 - smooth_step(0, reach, b.across));
+    }
+  }
 }
 
 void tuck_lining(Model& m) {

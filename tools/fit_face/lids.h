@@ -17,6 +17,9 @@ void shape_lid_backs(Model& model);
 /// Draws the lining inwards at the corner of the mouth, where the scan's hairpin would fold it out over the lip.
 void tuck_lining(Model& model);
 
+/// Parts the lips' edges beside the corner of the mouth, where the scan's cross.
+void part_corner(Model& model);
+
 /// The parameter of the mouth's corner on the curves of the lips: where they reach furthest out.
 double mouth_corner(const Model& model);
 

@@ -79,6 +79,7 @@ void run(const std::string& scan_path, const std::string& layout_path, const std
   Model model = fit(scan, layout);
   shape_lid_backs(model);
   tuck_lining(model);
+  part_corner(model);
 
   runtime::FaceFile file;
   file.title = "ada";

@@ -62,15 +62,17 @@ struct Pull {
 /// it. A muscle of no side sees both halves alike: x is folded to |x|.
 [[nodiscard]] glm::dvec3 sphincter_pull(const program::Muscle& muscle, const MusclePlaces& places, glm::dvec3 p);
 
-/// p' = p + k amount (1 - q^2)^2 n, q^2 = (s_maj/r_maj)^2 + (s_min/r_min)^2, n the surface's normal at p.
-/// Without an insertion the major axis lies along x.
+/// p' = p + k amount (1 - q^2)^2 n, q^2 = (s_maj/r_maj)^2 + (s_min/r_min)^2, n the surface's normal at p. A rig gives
+/// the way the skin about p faces instead, so that the mouth's lining goes with the cheek; a bulge that leaves the
+/// lining out is a swelling and keeps each point's own normal. Without an insertion the major axis lies along x.
 [[nodiscard]] glm::dvec3 bulge_push(const program::Muscle& muscle, const MusclePlaces& places, glm::dvec3 p,
                                     glm::dvec3 normal);
 
 /// A lip turned about its own length: the parabola with its vertex at the lip's middle (`from`) that runs through the
 /// mouth's corner (`to`), CASSI's parabolic track. With s = |x - from.x|, w the corner's s, c the track's point at x
-/// and t its direction: p' = c + R(t, k f g angle) (p - c) + k f g slide at k = 1, and straight there below. f = 1
-/// within `insertion` of the track, 0 from `dissipation` on; g = 1 to s = `perpendicular`, 0 at the corner.
+/// and t its direction: p' = c + R(t, k f g angle) (p - c) + k f g slide at k = 1, and straight there below. The
+/// slide in x leads away from the middle on both sides, and grows from 0 there to the whole half-way to the corner. f =
+/// 1 within `insertion` of the track, 0 from `dissipation` on; g = 1 to s = `perpendicular`, 0 at the corner.
 [[nodiscard]] glm::dvec3 roll_shift(const program::Muscle& muscle, const MusclePlaces& places, glm::dvec3 p);
 
 /// The activation set of a linear, sheet, sphincter, bulge or roll muscle, points ascending; empty for the other kinds.
