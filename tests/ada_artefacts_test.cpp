@@ -9,8 +9,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
-#include <random>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,17 +20,18 @@
 
 #include "ada_fixture.h"
 
+#include "../tools/fit_face/poses.h"
+
 namespace {
 
 using namespace nms;
 using namespace nms::ada;
 
 constexpr double kDepth_mm = 0.2;
-constexpr double kLeastArea_mm2 = 1e-3;  // a sliver's normal is noise
-// Folds that nobody sees are let pass: where a hairpin of the surface (the mouth's corner, the eye's outer corner under
-// a closed lid, the red of lips that are sucked in) turns over in triangles whose area is below that of a square of
-// this side.
-constexpr double kLeastFold_mm = 1.0;
+// A triangle thinner than this is a line but for the rounding of single precision: it has no side to turn over.
+constexpr double kLeastHeight_mm = 1e-4;
+// Folds that nobody sees are let pass: triangles whose area is below that of a square of this side.
+constexpr double kLeastFold_mm = 0.8;
 constexpr float kLipShare = 0.9F;
 
 struct Finding {
@@ -191,14 +190,6 @@ class Inspector {
     for (std::size_t i = 0; i < face().rigid.size(); ++i) {
       if (face().rigid[i].name == "tongue") tongue_ = i;
     }
-    const std::vector<float> still(b.rig.channel_count(), 0.0F);
-    runtime::pose_face(face(), b.rig, still, pose_);
-    folded_at_rest_.assign(skin_triangles().size(), 0);
-    for (std::size_t i = 0; i < skin_triangles().size(); ++i) folded_at_rest_[i] = folded(skin_triangles()[i]) < 0.0;
-  }
-
-  [[nodiscard]] std::size_t folds_at_rest() const {
-    return static_cast<std::size_t>(std::count(folded_at_rest_.begin(), folded_at_rest_.end(), 1));
   }
 
   std::vector<Finding> look(const std::vector<float>& values) {
@@ -227,22 +218,18 @@ class Inspector {
     if (mm > worst.first) worst = {mm, place};
   }
 
-  // Cosine of the triangle's normal with its vertices' together; 1 for a sliver.
-  [[nodiscard]] double folded(const Triangle& t) const {
+  // Whether the triangle is turned by more than 90 degrees against its vertices' normals together.
+  [[nodiscard]] bool is_folded(const Triangle& t) const {
     const glm::dvec3 a(pose_.positions[t[0]]), b(pose_.positions[t[1]]), c(pose_.positions[t[2]]);
     const glm::dvec3 n = glm::cross(b - a, c - a);
-    const double area = 0.5 * glm::length(n);
-    if (area * 1e6 < kLeastArea_mm2) return 1.0;
-    const glm::dvec3 welded(pose_.normals[t[0]] + pose_.normals[t[1]] + pose_.normals[t[2]]);
-    const double l = glm::length(welded);
-    return l > 0.0 ? glm::dot(n, welded) / (2.0 * area * l) : 1.0;
+    const double longest = std::max({glm::distance(a, b), glm::distance(b, c), glm::distance(c, a)});
+    if (glm::length(n) <= longest * kLeastHeight_mm / 1000.0) return false;
+    return glm::dot(n, glm::dvec3(pose_.normals[t[0]] + pose_.normals[t[1]] + pose_.normals[t[2]])) < 0.0;
   }
 
   void look_for_folds() {
-    for (std::size_t i = 0; i < skin_triangles().size(); ++i) {
-      if (folded_at_rest_[i]) continue;
-      const Triangle& t = skin_triangles()[i];
-      if (folded(t) >= 0.0) continue;
+    for (const Triangle& t : skin_triangles()) {
+      if (!is_folded(t)) continue;
       // How large: the side of a square of its area.
       const glm::dvec3 a(pose_.positions[t[0]]), b(pose_.positions[t[1]]), c(pose_.positions[t[2]]);
       const double side_mm = 1000.0 * std::sqrt(0.5 * glm::length(glm::cross(b - a, c - a)));
@@ -355,73 +342,8 @@ class Inspector {
   glm::dvec3 eye_{0.0};
   double radius_ = 0.0;
   std::size_t tongue_ = 0;
-  std::vector<char> folded_at_rest_;
   std::map<std::string, std::pair<double, glm::dvec3>> found_;
 };
-
-// What one body cannot do at once: docs of FACS 2002, and the physical exclusions that follow from it. A unit excludes
-// all units of the other list.
-struct Antagonists {
-  std::set<int> one, other;
-};
-const std::vector<Antagonists>& antagonists() {
-  static const std::vector<Antagonists> all = {
-      {{5}, {41, 42, 43, 44, 45, 46}},
-      {{41}, {42, 43, 44, 45, 46}},
-      {{42}, {43, 44, 45, 46}},
-      {{43}, {44, 45, 46}},
-      {{44}, {45, 46}},
-      {{45}, {46}},
-      {{18}, {20}},
-      {{8, 24, 28}, {25, 27}},
-      {{8, 24}, {26}},
-      {{23}, {24, 28}},
-      {{24}, {28}},
-      {{26}, {27}},
-      {{31}, {26, 27}},
-      {{33, 34}, {35}},
-      {{33, 34}, {25, 27}},
-      {{19, 37, 116}, {8, 23, 24, 28, 32, 33, 34, 36}},
-      {{19}, {37, 116}},
-      {{37}, {116}},
-      {{38}, {39}},
-      {{32}, {8, 24, 28}},
-  };
-  return all;
-}
-
-bool compatible(int a, int b) {
-  for (const Antagonists& x : antagonists()) {
-    if ((x.one.count(a) > 0 && x.other.count(b) > 0) || (x.one.count(b) > 0 && x.other.count(a) > 0)) return false;
-  }
-  return true;
-}
-
-/// "AU12" for both sides; of axes each side.
-std::vector<std::pair<std::string, int>> units() {
-  std::vector<std::pair<std::string, int>> out;
-  const program::Program& p = all_units().image.program();
-  for (std::size_t c = 0; c < p.channels.size(); ++c) {
-    const program::Channel& channel = p.channels[c];
-    if (!all_units().rig.actuated(program::ChannelId{static_cast<std::uint32_t>(c)})) continue;
-    std::string name(p.string(channel.name));
-    if (channel.kind == program::ChannelKind::axis) {
-      for (const program::StringId side : {channel.positive, channel.negative}) {
-        const std::string unit(p.string(side));
-        out.emplace_back(unit, std::stoi(unit.substr(2)));
-      }
-      continue;
-    }
-    if (channel.side == program::Side::right && channel.au != 30) continue;
-    // Both sides at once, but for the jaw, which cannot go both ways.
-    if (channel.side == program::Side::left && channel.au != 30) name.pop_back();
-    out.emplace_back(name, channel.au);
-  }
-  return out;
-}
-
-// Movements of the head and the torso as a whole move no skin against teeth or eyes.
-bool rigid(int au) { return (au >= 51 && au <= 58) || (au >= 101 && au <= 108); }
 
 class Tally {
  public:
@@ -451,66 +373,29 @@ TEST(AdaArtefacts, NoneAtRest) {
   Tally tally;
   tally.add(inspector.look(std::vector<float>(all_units().rig.channel_count(), 0.0F)), "rest");
   tally.report("at rest");
-  EXPECT_LE(inspector.folds_at_rest(), 8U);  // as ada_test.cpp has them: slivers
+}
+
+Tally inspect(const std::vector<fit_face::FacePose>& poses) {
+  Inspector inspector(all_units());
+  Tally tally;
+  for (const fit_face::FacePose& pose : poses) tally.add(inspector.look(pose.values), pose.what);
+  return tally;
 }
 
 TEST(AdaArtefacts, NoneUnderAnyUnit) {
-  Inspector inspector(all_units());
-  Tally tally;
-  for (const auto& [name, au] : units()) {
-    for (const float amount : {0.3F, 0.6F, 1.0F}) {
-      tally.add(inspector.look(values_of(all_units(), {name}, amount)), fmt::format("{:.0f} % {}", amount * 100, name));
-    }
-  }
-  tally.report("units");
+  const auto poses = fit_face::each_unit(all_units().image.program(), all_units().rig);
+  EXPECT_GT(poses.size(), 200U);
+  inspect(poses).report("units");
 }
 
 TEST(AdaArtefacts, NoneUnderAnyPair) {
-  Inspector inspector(all_units());
-  Tally tally;
-  const auto all = units();
-  int pairs = 0;
-  for (std::size_t a = 0; a < all.size(); ++a) {
-    for (std::size_t b = a + 1; b < all.size(); ++b) {
-      if (rigid(all[a].second) || rigid(all[b].second) || all[a].second == all[b].second) continue;
-      if (!compatible(all[a].second, all[b].second)) continue;
-      tally.add(inspector.look(values_of(all_units(), {all[a].first, all[b].first})),
-                all[a].first + " + " + all[b].first);
-      ++pairs;
-    }
-  }
-  EXPECT_GT(pairs, 1000);
-  tally.report("pairs");
+  const auto poses = fit_face::each_pair(all_units().image.program(), all_units().rig);
+  EXPECT_GT(poses.size(), 1000U);
+  inspect(poses).report("pairs");
 }
 
 TEST(AdaArtefacts, NoneUnderAThousandMixtures) {
-  const Bound& b = all_units();
-  Inspector inspector(b);
-  Tally tally;
-  std::mt19937 random(7);
-  const program::Program& p = b.image.program();
-  for (int i = 0; i < 1000; ++i) {
-    std::vector<float> values(p.channels.size(), 0.0F);
-    std::vector<int> used;
-    std::string what;
-    const auto wanted = 2 + random() % 5;
-    for (int tries = 0; tries < 40 && used.size() < wanted; ++tries) {
-      const std::size_t c = random() % values.size();
-      const program::Channel& channel = p.channels[c];
-      const float amount = static_cast<float>(20 + random() % 81) / 100.0F;
-      if (values[c] != 0.0F || rigid(channel.au)) continue;
-      const bool fits = std::all_of(used.begin(), used.end(), [&](int au) {
-        return compatible(au, channel.au) && !(au == 30 && channel.au == 30);
-      });
-      if (!fits) continue;
-      const bool back = channel.kind == program::ChannelKind::axis && random() % 2 == 0;
-      values[c] = back ? -amount : amount;
-      used.push_back(channel.au);
-      what += fmt::format("{}{:.0f} % {}", what.empty() ? "" : " + ", values[c] * 100, p.string(channel.name));
-    }
-    tally.add(inspector.look(values), what);
-  }
-  tally.report("mixtures");
+  inspect(fit_face::mixtures(all_units().image.program(), 7, 1000)).report("mixtures");
 }
 
 }  // namespace

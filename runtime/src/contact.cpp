@@ -17,8 +17,8 @@ namespace nms::runtime {
 namespace {
 
 // Room that points and vertices keep to the teeth.
-constexpr double kPointRoom = 0.0006;   // [m]
-constexpr double kVertexRoom = 0.0001;  // [m]
+constexpr double kPointRoom = 0.0010;     // [m]
+constexpr double kVertexRoom = -0.00008;  // [m]
 // How far from the arch, and above or below its gums, skin at rest may be and still touch it.
 constexpr double kArchReach = 0.025;  // [m]
 constexpr double kGumReach = 0.012;   // [m]
@@ -30,6 +30,8 @@ constexpr double kDeepest = -0.02;  // [m]
 constexpr double kTearFilm = 0.00003;  // [m]
 constexpr int kTriangleSamples = 5;
 constexpr float kLipShare = 0.82F;
+// A lip may be past the line between the lips by less than this.
+constexpr double kLipGive = 0.00007;  // [m]
 
 // -1 at the far right of the arch, 0 in front, 1 at the far left; no angle, but it rises with one.
 double along_arch(double x, double z) { return x / (std::abs(x) + z); }
@@ -408,7 +410,9 @@ static bool hold_lips_apart(const RigTables& t, Pose& pose) {
     glm::vec3& p = pose.positions[v.vertex];
     const double line = pose.lip_line.height_at(p.x);
     const double y = static_cast<double>(p.y);
-    const double held = v.upper ? std::max(y, line - v.slack) : std::min(y, line + v.slack);
+    const double past = (v.upper ? line - y : y - line) - v.slack;
+    // Not all onto the line: what is further past it stays further, or a lip pressed flat would fold.
+    const double held = past <= 0.0 ? y : y + (v.upper ? 1.0 : -1.0) * past * past / (past + kLipGive * t.scale);
     moved = moved || held != y;
     p.y = static_cast<float>(held);
   }

@@ -122,7 +122,7 @@ class FaceBuilder {
     }
     seams_ = std::move(*seams);
     if (auto f = rest_points()) return f;
-    mesh_ = tessellate(net_, seams_, samples);
+    mesh_ = tessellate(net_, seams_, samples, rest_);
     if (mesh_.vertices.size() > settings_.max_vertices) return too_large(static_cast<double>(mesh_.vertices.size()));
     return std::nullopt;
   }

@@ -10,6 +10,10 @@ namespace nms::runtime {
 namespace {
 
 constexpr double kSameKnot = 1e-9;
+// Steps of the wider chain by which an edge across may lead.
+constexpr double kAhead = 2.0;
+// A quad is cut the other way where that is shorter by more than rounding.
+constexpr double kShorter = 1.0 - 1e-6;
 
 // A curve's vertices and a grid's lines, both as numbers from 0 to 1 along a side.
 struct Chain {
@@ -17,28 +21,13 @@ struct Chain {
   std::vector<double> at;
 };
 
-// Two chains that start and end opposite one another; `outer` has the surface's inside on its left.
-void zip(const Chain& outer, const Chain& inner, std::vector<std::uint32_t>& triangles) {
-  std::size_t i = 0;
-  std::size_t j = 0;
-  while (i + 1 < outer.vertices.size() || j + 1 < inner.vertices.size()) {
-    const bool outer_left = i + 1 < outer.vertices.size();
-    const bool inner_left = j + 1 < inner.vertices.size();
-    // Advance where the next vertex comes first; the middle of an edge decides, so both chains keep pace.
-    const bool take_outer =
-        outer_left && (!inner_left || outer.at[i] + outer.at[i + 1] <= inner.at[j] + inner.at[j + 1]);
-    const std::uint32_t a = outer.vertices[i];
-    const std::uint32_t b = inner.vertices[j];
-    const std::uint32_t c = take_outer ? outer.vertices[++i] : inner.vertices[++j];
-    if (a == b || b == c || a == c) continue;
-    triangles.insert(triangles.end(), {a, c, b});
-  }
-}
+double squared(const glm::dvec3& v) { return v.x * v.x + v.y * v.y + v.z * v.z; }
 
 class Tessellator {
  public:
-  Tessellator(const SurfaceNet& net, const Seams& seams, const std::vector<SurfaceSamples>& samples)
-      : net_(net), seams_(seams), samples_(samples) {}
+  Tessellator(const SurfaceNet& net, const Seams& seams, const std::vector<SurfaceSamples>& samples,
+              std::span<const glm::dvec3> points)
+      : net_(net), seams_(seams), samples_(samples), points_(points) {}
 
   NetMesh run() {
     sample_curves();
@@ -101,6 +90,11 @@ class Tessellator {
   }
 
   std::uint32_t add(Row row, VertexPlace place) {
+    if (!points_.empty()) {
+      glm::dvec3 p(0.0);
+      for (const RowEntry& e : row) p += e.weight * points_[e.point];
+      rest_.push_back(p);
+    }
     mesh_.vertices.push_back(std::move(row));
     mesh_.places.push_back(place);
     return static_cast<std::uint32_t>(mesh_.vertices.size() - 1);
@@ -198,15 +192,48 @@ class Tessellator {
     quads(grid, lines_u.size(), lines_v.size(), mesh_.triangles[s]);
   }
 
-  static void quads(const std::vector<std::uint32_t>& grid, std::size_t nu, std::size_t nv,
-                    std::vector<std::uint32_t>& triangles) {
+  // Two chains that start and end opposite one another; `outer` has the surface's inside on its left.
+  void zip(const Chain& outer, const Chain& inner, std::vector<std::uint32_t>& triangles) const {
+    std::size_t i = 0;
+    std::size_t j = 0;
+    while (i + 1 < outer.vertices.size() || j + 1 < inner.vertices.size()) {
+      const bool outer_left = i + 1 < outer.vertices.size();
+      const bool inner_left = j + 1 < inner.vertices.size();
+      const bool take_outer = outer_left && (!inner_left || outer_is_next(outer, i, inner, j));
+      const std::uint32_t a = outer.vertices[i];
+      const std::uint32_t b = inner.vertices[j];
+      const std::uint32_t c = take_outer ? outer.vertices[++i] : inner.vertices[++j];
+      if (a == b || b == c || a == c) continue;
+      triangles.insert(triangles.end(), {a, c, b});
+    }
+  }
+
+  bool outer_is_next(const Chain& outer, std::size_t i, const Chain& inner, std::size_t j) const {
+    // Where the next vertex comes first; the middle of an edge decides, so both chains keep pace.
+    const bool in_pace = outer.at[i] + outer.at[i + 1] <= inner.at[j] + inner.at[j + 1];
+    if (points_.empty()) return in_pace;
+    // Of the two edges across, the shorter: chains of unequal pace make slivers. None may run ahead.
+    const double step = std::max(outer.at[i + 1] - outer.at[i], inner.at[j + 1] - inner.at[j]);
+    const double ahead = in_pace ? inner.at[j + 1] - outer.at[i] : outer.at[i + 1] - inner.at[j];
+    if (ahead > kAhead * step) return in_pace;
+    const double by_outer = squared(rest_[outer.vertices[i + 1]] - rest_[inner.vertices[j]]);
+    const double by_inner = squared(rest_[outer.vertices[i]] - rest_[inner.vertices[j + 1]]);
+    return by_outer == by_inner ? in_pace : by_outer < by_inner;
+  }
+
+  void quads(const std::vector<std::uint32_t>& grid, std::size_t nu, std::size_t nv,
+             std::vector<std::uint32_t>& triangles) const {
     for (std::size_t v = 0; v + 1 < nv; ++v) {
       for (std::size_t u = 0; u + 1 < nu; ++u) {
         const std::uint32_t a = grid[u + nu * v];
         const std::uint32_t b = grid[u + 1 + nu * v];
         const std::uint32_t c = grid[u + 1 + nu * (v + 1)];
         const std::uint32_t d = grid[u + nu * (v + 1)];
-        triangles.insert(triangles.end(), {a, b, c, a, c, d});
+        if (!points_.empty() && squared(rest_[d] - rest_[b]) < kShorter * squared(rest_[c] - rest_[a])) {
+          triangles.insert(triangles.end(), {a, b, d, b, c, d});
+        } else {
+          triangles.insert(triangles.end(), {a, b, c, a, c, d});
+        }
       }
     }
   }
@@ -214,6 +241,8 @@ class Tessellator {
   const SurfaceNet& net_;
   const Seams& seams_;
   const std::vector<SurfaceSamples>& samples_;
+  std::span<const glm::dvec3> points_;
+  std::vector<glm::dvec3> rest_;  // of the vertices, where points are given
   std::vector<std::vector<double>> curve_at_;
   std::map<std::tuple<std::uint32_t, std::uint32_t, double>, std::uint32_t> made_;
   NetMesh mesh_;
@@ -245,8 +274,9 @@ double vertex_bound(const SurfaceNet& net, const std::vector<SurfaceSamples>& sa
   return 2.0 * sum + static_cast<double>(net.curves.size());
 }
 
-NetMesh tessellate(const SurfaceNet& net, const Seams& seams, const std::vector<SurfaceSamples>& samples) {
-  return Tessellator(net, seams, samples).run();
+NetMesh tessellate(const SurfaceNet& net, const Seams& seams, const std::vector<SurfaceSamples>& samples,
+                   std::span<const glm::dvec3> points) {
+  return Tessellator(net, seams, samples, points).run();
 }
 
 }  // namespace nms::runtime

@@ -1,12 +1,17 @@
 // fit_face SCAN.obj LAYOUT.txt OUT.x3d: a face file from a scan of a head. README.md says how.
 #include <cstdio>
 #include <fstream>
+#include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
+#include <nms/lang/parse.h>
+#include <nms/program/program.h>
 #include <nms/runtime/face_x3d.h>
+#include <nms/stdlib/embedded.h>
 
 #include "fit.h"
 #include "layout.h"
@@ -19,6 +24,9 @@
 #include "shells.h"
 #include "skin_mesh.h"
 #include "tint.h"
+#include "unfold.h"
+
+#include "../fit_muscles/fit_program.h"
 
 namespace nms::fit_face {
 namespace {
@@ -72,6 +80,37 @@ void print(const char* what, const Distances& d) {
   fmt::print("{}: mean {:.3f}, p99 {:.2f}, max {:.2f} mm ({} places)\n", what, d.mean, d.p99, d.max, d.count);
 }
 
+std::string write_face(const Model& model) {
+  runtime::FaceFile file;
+  file.title = "ada";
+  const Materials materials = add_materials(file);
+  add_net(model, materials, file);
+  add_shells(SkinMesh(model), materials, file);
+  add_parts(model, materials, file);
+  return runtime::write_face_x3d(file);
+}
+
+// The library's muscles, placed by ada's landmarks, under every unit.
+program::Image all_units() {
+  std::string source;
+  for (const auto& file : stdlib::embedded_files()) {
+    if (file.path != "facs.nms") continue;
+    lang::Diagnostics diagnostics;
+    const auto tree =
+        lang::parse(std::make_shared<const lang::Source>(std::string(file.path), std::string(file.text)), diagnostics);
+    for (const lang::NodeRef node : tree->root().children()) {
+      if (!node.is(lang::NodeKind::au)) continue;
+      const std::string number(node.child(lang::NodeKind::quantity).text());
+      source += fmt::format("expression e{0} 1s {{ 100%: AU{0} }}\n", number);
+    }
+  }
+  const std::vector<std::pair<std::string, std::string>> sources = {{"units.nms", source}};
+  std::string said;
+  auto image = fit_muscles::compile_face(sources, "ada", {}, said);
+  if (!image) fail(said);
+  return std::move(*image);
+}
+
 void run(const std::string& scan_path, const std::string& layout_path, const std::string& out_path) {
   const Scan scan = read_scan(scan_path);
   const Layout layout = read_layout(layout_path);
@@ -80,15 +119,10 @@ void run(const std::string& scan_path, const std::string& layout_path, const std
   shape_lid_backs(model);
   tuck_lining(model);
   part_corner(model);
+  const program::Image muscles = all_units();
+  unfold(model, muscles.program(), [&](const Model& m) { return read_back(write_face(m), out_path, 1.0); });
 
-  runtime::FaceFile file;
-  file.title = "ada";
-  const Materials materials = add_materials(file);
-  add_net(model, materials, file);
-  add_shells(SkinMesh(model), materials, file);
-  add_parts(model, materials, file);
-
-  const std::string text = runtime::write_face_x3d(file);
+  const std::string text = write_face(model);
   if (!(std::ofstream(out_path, std::ios::binary) << text)) fail("cannot write " + out_path);
 
   const Figures figures = measure(scan, layout, read_back(text, out_path, kMeasuringDensity));

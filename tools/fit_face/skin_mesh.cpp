@@ -8,7 +8,7 @@
 namespace nms::fit_face {
 
 SkinMesh::SkinMesh(const Model& m) {
-  const runtime::NetMesh mesh = runtime::tessellate(m.net, m.seams, samples(m.layout));
+  const runtime::NetMesh mesh = runtime::tessellate(m.net, m.seams, samples(m.layout), m.x);
   for (const runtime::Row& row : mesh.vertices) vertices_.push_back(m.at(row) * kMillimetres);
   normals_.assign(vertices_.size(), glm::dvec3(0.0));
   for (std::size_t s = 0; s < mesh.triangles.size(); ++s) {

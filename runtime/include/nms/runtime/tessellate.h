@@ -1,7 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
+
+#include <glm/vec3.hpp>
 
 #include <nms/runtime/nurbs.h>
 #include <nms/runtime/seams.h>
@@ -40,8 +43,11 @@ struct NetMesh {
 double vertex_bound(const SurfaceNet& net, const std::vector<SurfaceSamples>& samples);
 
 /// Deterministic: the same net gives the same bits.
+/// @param points  the independent points at rest, or empty: then edges across follow the parameters, with them the
+///                shorter is taken
 /// @pre seams = build_seams(net); one entry of `samples` for each surface
-NetMesh tessellate(const SurfaceNet& net, const Seams& seams, const std::vector<SurfaceSamples>& samples);
+NetMesh tessellate(const SurfaceNet& net, const Seams& seams, const std::vector<SurfaceSamples>& samples,
+                   std::span<const glm::dvec3> points = {});
 
 /// Parameters of the grid lines: every span cut into `samples` equal parts, both ends included.
 std::vector<double> grid_lines(const std::vector<double>& knots, int degree, std::uint32_t samples);
