@@ -31,7 +31,7 @@ constexpr double kDepth_mm = 0.2;
 // A triangle thinner than this is a line but for the rounding of single precision: it has no side to turn over.
 constexpr double kLeastHeight_mm = 1e-4;
 // Folds that nobody sees are let pass: triangles whose area is below that of a square of this side.
-constexpr double kLeastFold_mm = 0.8;
+constexpr double kLeastFold_mm = 0.9;
 constexpr float kLipShare = 0.9F;
 
 struct Finding {

@@ -30,6 +30,8 @@ constexpr double kDeepest = -0.02;  // [m]
 constexpr double kTearFilm = 0.00003;  // [m]
 constexpr int kTriangleSamples = 5;
 constexpr float kLipShare = 0.82F;
+// Where lips overlap the upper one, which lies on the teeth, gives way by this share.
+constexpr double kUpperGives = 0.3;
 // A lip may be past the line between the lips by less than this.
 constexpr double kLipGive = 0.00007;  // [m]
 
@@ -336,7 +338,9 @@ void find_lip_line(std::span<const RigTables::LipVertex> lips, std::span<const g
   // Columns without both lips lie level with the next one inwards.
   const auto middle = [&](int c) {
     const auto i = static_cast<std::size_t>(c);
-    return line.low[i] < 1.0 && line.high[i] > -1.0 ? 0.5 * (line.low[i] + line.high[i]) : 1e9;
+    if (line.low[i] >= 1.0 || line.high[i] <= -1.0) return 1e9;
+    const double past = line.high[i] - line.low[i];
+    return line.low[i] + (past > 0.0 ? kUpperGives : 0.5) * past;
   };
   double last = 0.0;
   for (int c = LipLine::kSide; c < 2 * LipLine::kSide; ++c) {

@@ -16,6 +16,7 @@
 #include <nms/runtime/rig.h>
 #include <nms/runtime/tessellate.h>
 
+#include "lids.h"
 #include "poses.h"
 #include "skin_mesh.h"
 
@@ -23,7 +24,7 @@ namespace nms::fit_face {
 
 namespace {
 
-constexpr int kRounds = 24;
+constexpr int kRounds = 16;
 // Least cosine between a triangle and its corners' normals; a triangle that is thinner than kThin counts for what it
 // would be at that height.
 constexpr double kLeastCosine = 0.15;
@@ -37,9 +38,12 @@ constexpr int kMixtures = 2000;
 // What holds a point: its place, and that its neighbours move alike.
 constexpr double kStay = 0.05;
 constexpr double kSmooth = 0.05;
-// Furthest that a point goes from where it began; the lips are looked at closely.
+// Furthest that a point goes from where it began. The lips are looked at closely; their corner, so many spans of their
+// curve to either side, is what has to move.
 constexpr double kFurthest_mm = 1.5;
-constexpr double kFurthestOfLips_mm = 0.35;
+constexpr double kFurthestOfLips_mm = 0.05;
+constexpr double kFurthestOfCorner_mm = 0.4;
+constexpr double kCornerSpans = 5.0;
 constexpr float kHeld_mm = 0.05F;
 constexpr double kFew = 1.0;       // wishes that count half
 constexpr double kStep_mm = 0.15;  // furthest that one round asks of a vertex
@@ -63,12 +67,7 @@ class Unfolder {
     for (const auto& t : mesh_.triangles) {
       for (std::size_t i = 0; i + 2 < t.size(); i += 3) triangles_.push_back({t[i], t[i + 1], t[i + 2]});
     }
-    of_lips_.assign(model.x.size(), 0);
-    for (const char* name : {"lip", "lining"}) {
-      for (const runtime::Row& row : model.seams.surfaces[model.surface(name)]) {
-        for (const runtime::RowEntry& e : row) of_lips_[e.point] = 1;
-      }
-    }
+    limit_lips();
   }
 
   void run() {
@@ -81,6 +80,21 @@ class Unfolder {
   }
 
  private:
+  void limit_lips() {
+    furthest_mm_.assign(model_.x.size(), kFurthest_mm);
+    const double corner = mouth_corner(model_);
+    for (const char* name : {"lip", "lining"}) {
+      const runtime::NetSurface& surface = model_.net.surfaces[model_.surface(name)];
+      const std::vector<runtime::Row>& rows = model_.seams.surfaces[model_.surface(name)];
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        const Beside b = beside(model_, surface, "margin", greville(surface.knots_u, i % surface.count_u()),
+                                greville(surface.knots_v, i / surface.count_u()));
+        const double most = std::abs(b.along - corner) < kCornerSpans ? kFurthestOfCorner_mm : kFurthestOfLips_mm;
+        for (const runtime::RowEntry& e : rows[i]) furthest_mm_[e.point] = most;
+      }
+    }
+  }
+
   void look() {
     wishes_.assign(mesh_.vertices.size(), {});
     folds_ = near_ = folded_poses_ = 0;
@@ -185,8 +199,7 @@ class Unfolder {
     for (std::size_t p = 0; p < start_.size(); ++p) {
       const glm::dvec3 by = model_.x[p] - start_[p];
       const double far = glm::length(by) * kMillimetres;
-      const double furthest = of_lips_[p] != 0 ? kFurthestOfLips_mm : kFurthest_mm;
-      if (far > furthest) model_.x[p] = start_[p] + by * (furthest / far);
+      if (far > furthest_mm_[p]) model_.x[p] = start_[p] + by * (furthest_mm_[p] / far);
       if (is_middle(start_[p])) model_.x[p].x = 0.0;
     }
   }
@@ -226,7 +239,7 @@ class Unfolder {
   std::vector<glm::dvec3> start_;
   runtime::NetMesh mesh_;
   std::vector<Triangle> triangles_;
-  std::vector<char> of_lips_;
+  std::vector<double> furthest_mm_;  // of each point
   std::vector<Wish> wishes_;
   std::size_t folds_ = 0;
   std::size_t near_ = 0;
