@@ -30,6 +30,8 @@ constexpr double kDeepest = -0.02;  // [m]
 constexpr double kTearFilm = 0.00003;  // [m]
 constexpr int kTriangleSamples = 5;
 constexpr float kLipShare = 0.82F;
+// What is nearer to the midline stands in the middle: rounding must not put it on one side.
+constexpr float kMiddle = 0.00002F;  // [m]
 // Where lips overlap the upper one, which lies on the teeth, gives way by this share.
 constexpr double kUpperGives = 0.3;
 // A lip may be past the line between the lips by less than this.
@@ -332,8 +334,8 @@ void find_lip_line(std::span<const RigTables::LipVertex> lips, std::span<const g
         line.high[i] = std::max(line.high[i], y);
       }
     };
-    if (p.x >= 0.0F) offer(LipLine::kSide + step);
-    if (p.x <= 0.0F) offer(LipLine::kSide - 1 - step);
+    if (p.x >= -kMiddle) offer(LipLine::kSide + step);
+    if (p.x <= kMiddle) offer(LipLine::kSide - 1 - step);
   }
   // Columns without both lips lie level with the next one inwards.
   const auto middle = [&](int c) {
