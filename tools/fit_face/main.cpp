@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include <fit_program.h>
 #include <fmt/format.h>
 
 #include <nms/lang/parse.h>
@@ -25,8 +26,6 @@
 #include "skin_mesh.h"
 #include "tint.h"
 #include "unfold.h"
-
-#include "../fit_muscles/fit_program.h"
 
 namespace nms::fit_face {
 namespace {
