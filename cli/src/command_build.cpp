@@ -10,6 +10,7 @@
 #include <nms/runtime/rig.h>
 
 #include "commands.h"
+#include "error_not_held.h"
 #include "gltf_options.h"
 #include "loading.h"
 #include "not_actuated.h"
@@ -127,6 +128,8 @@ void run(const GlobalOptions& global, const BuildOptions& options, SourceFiles& 
              clips.size() == 1 ? "" : "s", options.face, face->skin.surface.rows,
              static_cast<double>(glb->size()) / 1e6);
   if (measured) print_errors(report);
+  if (const auto missed = error_not_held(report, *wanted, options.output))
+    add_failure(diagnostics, *missed, lang::Severity::warning);
 }
 
 }  // namespace

@@ -22,6 +22,7 @@
 
 #include "commands.h"
 #include "dependency_file.h"
+#include "error_not_held.h"
 #include "gltf_options.h"
 #include "loaded_lexicon.h"
 #include "loading.h"
@@ -77,22 +78,30 @@ struct Job {
   std::vector<const Asset*> assets;
 };
 
-/// Makes the files, side by side; failures in the order of the jobs.
-std::vector<program::Failure> make_files(const std::vector<Job>& jobs, const runtime::Face& face,
-                                         const runtime::Rig& rig, const program::Program& program,
-                                         const runtime::GltfOptions& options) {
-  std::vector<std::optional<program::Failure>> failures(jobs.size());
+/// What kept a file from being made, or where it misses what was asked for.
+struct Finding {
+  program::Failure failure;
+  lang::Severity severity = lang::Severity::error;
+};
+
+/// Makes the files, side by side; findings in the order of the jobs.
+std::vector<Finding> make_files(const std::vector<Job>& jobs, const runtime::Face& face, const runtime::Rig& rig,
+                                const program::Program& program, const runtime::GltfOptions& options) {
+  std::vector<std::optional<Finding>> findings(jobs.size());
   Progress progress(jobs.size());
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
     for (std::size_t i = next++; i < jobs.size(); i = next++) {
       runtime::GltfOptions gltf = options;
       for (const Asset* a : jobs[i].assets) gltf.clips.emplace_back(program.string(a->clip->name));
-      const auto glb = runtime::export_glb(face, rig, program, gltf);
+      runtime::GltfReport report;
+      const auto glb = runtime::export_glb(face, rig, program, gltf, gltf.max_error_m > 0.0 ? &report : nullptr);
       if (!glb)
-        failures[i] = glb.error();
-      else
-        failures[i] = write_file(jobs[i].path, *glb);
+        findings[i] = Finding{glb.error()};
+      else if (auto failure = write_file(jobs[i].path, *glb))
+        findings[i] = Finding{std::move(*failure)};
+      else if (auto missed = error_not_held(report, gltf, jobs[i].path))
+        findings[i] = Finding{std::move(*missed), lang::Severity::warning};
       progress.done(jobs[i].path);
     }
   };
@@ -102,8 +111,8 @@ std::vector<program::Failure> make_files(const std::vector<Job>& jobs, const run
   work();
   for (std::thread& t : others) t.join();
   progress.end();
-  std::vector<program::Failure> out;
-  for (auto& f : failures)
+  std::vector<Finding> out;
+  for (auto& f : findings)
     if (f) out.push_back(std::move(*f));
   return out;
 }
@@ -192,8 +201,8 @@ void run(const GlobalOptions& global, const BuildOptions& options, SourceFiles& 
     std::vector<const program::Clip*> clips;
     for (const Asset& a : assets) clips.push_back(a.clip);
     warn_not_actuated(program, *rig, clips, options.face, diagnostics);
-    for (const program::Failure& failure : make_files(jobs, *face, *rig, program, *gltf))
-      add_failure(diagnostics, failure);
+    for (const Finding& f : make_files(jobs, *face, *rig, program, *gltf))
+      add_failure(diagnostics, f.failure, f.severity);
     if (diagnostics.error_count() != 0) return;
   }
   const std::size_t removed = one_file ? 0 : remove_old(folder.string(), before, assets);

@@ -511,6 +511,10 @@ class Export {
 
 }  // namespace
 
+double error_excess(const GltfClipError& e, double max_error_m) {
+  return std::max(e.largest_m / max_error_m, e.normal_rad / kLargestTurn);
+}
+
 tl::expected<std::vector<std::byte>, Failure> export_glb(const Face& face, const Rig& rig, const Program& program,
                                                          const GltfOptions& options, GltfReport* report) {
   // The library may throw (a name that is not UTF-8); no exception leaves this room.

@@ -91,7 +91,7 @@ glm::dvec3 mouth_bag(double u, double v, double reach) {
   const double a = std::min(v / kRim, 1.0) * 2.45;
   const glm::dvec3 bag(31 * std::sin(a) * std::sin(p), -36 + 30 * std::sin(a) * std::cos(p), 71 - 31 * std::cos(a));
   const auto square = [](double x) { return std::copysign(std::pow(std::abs(x), .6), x); };
-  const glm::dvec3 front(20 * square(std::sin(p)), -36 + 18 * square(std::cos(p)), 103);
+  const glm::dvec3 front(22.5 * square(std::sin(p)), -36 + 18 * square(std::cos(p)), 99);
   return glm::mix(bag, front, reach * std::max(0.0, (v - kRim) / (1 - kRim)));
 }
 

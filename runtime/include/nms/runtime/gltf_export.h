@@ -60,6 +60,12 @@ struct GltfTargetError {
   double askew_share = 0.0;  ///< as above
 };
 
+/// The most that a normal may be turned where an error is asked for: 3 degrees. [rad]
+inline constexpr double kLargestTurn = 3.0 * 3.14159265358979 / 180.0;
+
+/// How many times as large as was asked for: above 1 it does not hold.
+[[nodiscard]] double error_excess(const GltfClipError& e, double max_error_m);
+
 struct GltfReport {
   std::vector<GltfClipError> clips;      ///< as they are written
   std::vector<GltfTargetError> targets;  ///< of action units
@@ -82,8 +88,8 @@ struct GltfReport {
 /// With `max_error_m`, `fix.<landmark>.<number>` follow: what the others lack at the worst moments of the clips,
 /// weighed so that the sum of squares is least (matching pursuit).
 ///
-/// Parts that bend (the tongue) get such targets without being asked, for 0.5 mm: they are small, and what goes out over
-/// the teeth goes by no straight way.
+/// Parts that bend (the tongue) get such targets without being asked, for 0.5 mm: they are small, and what goes out
+/// over the teeth goes by no straight way.
 ///
 /// Weights of corrective targets of the first kind stay within 1: the targets are as large as the clips need them.
 ///
