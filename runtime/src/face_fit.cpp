@@ -5,18 +5,22 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <optional>
 #include <span>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <glm/matrix.hpp>
 
 #include <nms/runtime/mesh_normals.h>
 #include <nms/runtime/seams.h>
+#include <nms/runtime/space_cells.h>
 
 #include "face_scene.h"
 #include "space_warp.h"
@@ -56,25 +60,13 @@ class Scan {
       triangles_.insert(triangles_.end(), piece.triangles.begin(), piece.triangles.end());
     }
     for (std::uint32_t i = 0; i < triangles_.size(); ++i) {
-      Cell low{}, high{};
-      for (int corner = 0; corner < 3; ++corner) {
-        const Cell c = cell(points_[triangles_[i][static_cast<std::size_t>(corner)]]);
-        for (std::size_t k = 0; k < 3; ++k) {
-          low[k] = corner == 0 ? c[k] : std::min(low[k], c[k]);
-          high[k] = corner == 0 ? c[k] : std::max(high[k], c[k]);
-        }
-      }
       const auto& t = triangles_[i];
       Sphere sphere{(points_[t[0]] + points_[t[1]] + points_[t[2]]) / 3.0, 0.0};
       for (const std::uint32_t v : t) sphere.radius = std::max(sphere.radius, glm::distance(points_[v], sphere.middle));
       spheres_.push_back(sphere);
-      // A triangle as large as a house is no part of a face.
-      if (high[0] - low[0] > 8 || high[1] - low[1] > 8 || high[2] - low[2] > 8) continue;
-      for (std::int64_t x = low[0]; x <= high[0]; ++x) {
-        for (std::int64_t y = low[1]; y <= high[1]; ++y) {
-          for (std::int64_t z = low[2]; z <= high[2]; ++z) cells_[{x, y, z}].push_back(i);
-        }
-      }
+      // A triangle as large as a house is no part of a face, and left out.
+      const auto [a, b, c] = std::tuple(points_[t[0]], points_[t[1]], points_[t[2]]);
+      cells_.add(i, glm::min(glm::min(a, b), c), glm::max(glm::max(a, b), c));
     }
   }
 
@@ -82,42 +74,26 @@ class Scan {
   [[nodiscard]] std::optional<glm::dvec3> nearest(const glm::dvec3& p, const glm::dvec3& normal) const {
     double best = kReach * kReach;
     std::optional<glm::dvec3> found;
-    const Cell c = cell(p);
-    for (std::int64_t x = c[0] - 1; x <= c[0] + 1; ++x) {
-      for (std::int64_t y = c[1] - 1; y <= c[1] + 1; ++y) {
-        for (std::int64_t z = c[2] - 1; z <= c[2] + 1; ++z) {
-          const auto at = cells_.find({x, y, z});
-          if (at == cells_.end()) continue;
-          for (const std::uint32_t i : at->second) {
-            const auto& t = triangles_[i];
-            // Further than its own size and what was found already.
-            const glm::dvec3 to_middle = spheres_[i].middle - p;
-            const double far = std::sqrt(best) + spheres_[i].radius;
-            if (glm::dot(to_middle, to_middle) > far * far) continue;
-            const glm::dvec3 q = on_triangle(p, points_[t[0]], points_[t[1]], points_[t[2]]);
-            const glm::dvec3 d = q - p;
-            const double squared = glm::dot(d, d);
-            if (squared >= best) continue;
-            const glm::dvec3 n = glm::cross(points_[t[1]] - points_[t[0]], points_[t[2]] - points_[t[0]]);
-            const double length = std::sqrt(glm::dot(n, n));
-            if (length <= 0.0 || glm::dot(n, normal) < kSameWay * length) continue;
-            best = squared;
-            found = q;
-          }
-        }
-      }
-    }
+    cells_.visit_near(p, [&](std::uint32_t i) {
+      const auto& t = triangles_[i];
+      // Further than its own size and what was found already.
+      const glm::dvec3 to_middle = spheres_[i].middle - p;
+      const double far = std::sqrt(best) + spheres_[i].radius;
+      if (glm::dot(to_middle, to_middle) > far * far) return;
+      const glm::dvec3 q = on_triangle(p, points_[t[0]], points_[t[1]], points_[t[2]]);
+      const glm::dvec3 d = q - p;
+      const double squared = glm::dot(d, d);
+      if (squared >= best) return;
+      const glm::dvec3 n = glm::cross(points_[t[1]] - points_[t[0]], points_[t[2]] - points_[t[0]]);
+      const double length = std::sqrt(glm::dot(n, n));
+      if (length <= 0.0 || glm::dot(n, normal) < kSameWay * length) return;
+      best = squared;
+      found = q;
+    });
     return found;
   }
 
  private:
-  using Cell = std::array<std::int64_t, 3>;
-
-  static Cell cell(const glm::dvec3& p) {
-    const auto part = [](double x) { return static_cast<std::int64_t>(std::floor(std::clamp(x / kReach, -1e6, 1e6))); };
-    return {part(p.x), part(p.y), part(p.z)};
-  }
-
   /// Ericson, Real-Time Collision Detection, 5.1.5.
   static glm::dvec3 on_triangle(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
     const glm::dvec3 ab = b - a, ac = c - a, ap = p - a;
@@ -147,7 +123,7 @@ class Scan {
 
   std::vector<std::array<std::uint32_t, 3>> triangles_;
   std::vector<Sphere> spheres_;  // about each
-  std::map<Cell, std::vector<std::uint32_t>> cells_;
+  SpaceCells cells_{kReach};
 };
 
 /// The rotation that turns `from` about its middle best onto `to` about its own (Horn 1987): the quaternion to the

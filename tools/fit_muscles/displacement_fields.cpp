@@ -1,7 +1,5 @@
 #include "displacement_fields.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -10,6 +8,8 @@
 
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
+
+#include <nms/runtime/space_cells.h>
 
 namespace nms::fit_muscles {
 
@@ -49,7 +49,7 @@ class SkinVertices {
           p += static_cast<double>(t.value[k]) * skin.points[t.column[k]];
         }
         places_[v] = p;
-        cells_[cell(p)].push_back(v);
+        cells_.add(v, p);
       }
     }
   }
@@ -57,32 +57,16 @@ class SkinVertices {
   [[nodiscard]] std::optional<std::uint32_t> nearest(const glm::dvec3& p) const {
     std::optional<std::uint32_t> best;
     double least = kNear;
-    const Cell c = cell(p);
-    for (std::int64_t x = c[0] - 1; x <= c[0] + 1; ++x) {
-      for (std::int64_t y = c[1] - 1; y <= c[1] + 1; ++y) {
-        for (std::int64_t z = c[2] - 1; z <= c[2] + 1; ++z) {
-          const auto at = cells_.find({x, y, z});
-          if (at == cells_.end()) continue;
-          for (const std::uint32_t v : at->second) {
-            const double d = glm::distance(places_.at(v), p);
-            if (d < least) least = d, best = v;
-          }
-        }
-      }
-    }
+    cells_.visit_near(p, [&](std::uint32_t v) {
+      const double d = glm::distance(places_.at(v), p);
+      if (d < least) least = d, best = v;
+    });
     return best;
   }
 
  private:
-  using Cell = std::array<std::int64_t, 3>;
-
-  static Cell cell(const glm::dvec3& p) {
-    const auto part = [](double x) { return static_cast<std::int64_t>(std::floor(std::clamp(x / kNear, -1e6, 1e6))); };
-    return {part(p.x), part(p.y), part(p.z)};
-  }
-
   std::map<std::uint32_t, glm::dvec3> places_;
-  std::map<Cell, std::vector<std::uint32_t>> cells_;
+  runtime::SpaceCells cells_{kNear};
 };
 
 }  // namespace
