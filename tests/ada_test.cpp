@@ -29,6 +29,7 @@
 #include <nms/stdlib/embedded.h>
 
 #include "ada_fixture.h"
+#include "under_sanitizers.h"
 
 #include "../tools/fit_face/layout.h"
 #include "../tools/fit_face/measure.h"
@@ -47,6 +48,7 @@ constexpr const char* kRecorded =
 // ------------------------------------------------------------------------------------------------
 
 TEST(Ada, LiesOnTheScan) {
+  NMS_TOO_SLOW_HERE();
   const char* given = std::getenv("NMS_SCAN");
   const fs::path scan_path = given != nullptr
                                  ? fs::path(given)

@@ -23,24 +23,10 @@
 
 #include "ada_fixture.h"
 #include "embedded_library.h"
-
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define NMS_UNDER_SANITIZERS 1
-#endif
-#elif defined(__SANITIZE_ADDRESS__)
-#define NMS_UNDER_SANITIZERS 1
-#endif
+#include "under_sanitizers.h"
 
 namespace nms::ada {
 namespace {
-
-// Each of these takes minutes under the sanitizers; another_person_is_found_again goes the same ways there.
-#ifdef NMS_UNDER_SANITIZERS
-constexpr const char* kTooSlow = "minutes under the sanitizers";
-#else
-constexpr const char* kTooSlow = nullptr;
-#endif
 
 using runtime::Places;
 using runtime::PolygonMesh;
@@ -208,7 +194,7 @@ const runtime::FittedFace& uneven_fit() {
 
 // Both halves by themselves. Places are compared with ada's own, laid onto herself in the same way: the same vertices.
 TEST(FaceFit, a_face_that_is_not_symmetric_is_followed_on_both_sides) {
-  if (kTooSlow != nullptr) GTEST_SKIP() << kTooSlow;
+  NMS_TOO_SLOW_HERE();
   const auto fit = [](Person person, runtime::Halves halves) {
     return runtime::fit_face(embedded("faces/ada.x3d"), "ada.x3d", ada_landmarks(), scan_of(person), 0.001,
                              marks_of(person, kMarks), halves);
@@ -296,7 +282,7 @@ TEST(FaceFit, a_face_that_is_not_symmetric_is_followed_on_both_sides) {
 
 // Ada's muscles on it, by its own landmarks, which are those of both sides.
 TEST(FaceFit, a_face_of_two_halves_moves) {
-  if (kTooSlow != nullptr) GTEST_SKIP() << kTooSlow;
+  NMS_TOO_SLOW_HERE();
   const runtime::FittedFace* fitted = &uneven_fit();
   const runtime::Face mine = runtime::read_face_x3d(runtime::write_face_x3d(fitted->file), "me.x3d").value();
   const Bound& b = all_units();
@@ -350,7 +336,7 @@ TEST(FaceFit, what_cannot_be_fitted_is_refused) {
 
 // The mean head of ICT-FaceKit Light, which ada was made from, larger by a tenth: what is left of its surface.
 TEST(FaceFit, lies_on_a_scan) {
-  if (kTooSlow != nullptr) GTEST_SKIP() << kTooSlow;
+  NMS_TOO_SLOW_HERE();
   const char* given = std::getenv("NMS_SCAN");
   const std::filesystem::path path =
       given != nullptr ? std::filesystem::path(given)
@@ -372,7 +358,7 @@ TEST(FaceFit, lies_on_a_scan) {
 
 // A head that another modelled: MakeHuman's base, by the landmarks of examples/faces/makehuman.nms.
 TEST(FaceFit, lies_on_the_makehuman_head) {
-  if (kTooSlow != nullptr) GTEST_SKIP() << kTooSlow;
+  NMS_TOO_SLOW_HERE();
   const char* given = std::getenv("NMS_FACES");
   const std::filesystem::path folder =
       given != nullptr ? std::filesystem::path(given) : std::filesystem::path(NMS_SOURCE_DIR) / "../shared/data/faces";
