@@ -13,6 +13,7 @@
 #include <nms/program/evaluate.h>
 #include <nms/program/program.h>
 #include <nms/runtime/face_x3d.h>
+#include <nms/runtime/places_at_rest.h>
 #include <nms/runtime/rig.h>
 #include <nms/stdlib/embedded.h>
 
@@ -87,18 +88,7 @@ const Bound& all_units() {
 }
 
 const std::vector<glm::dvec3>& rest() {
-  static const std::vector<glm::dvec3> places = [] {
-    const runtime::Skin& skin = face().skin;
-    std::vector<glm::dvec3> out(skin.surface.rows);
-    for (std::uint32_t v = 0; v < skin.surface.rows; ++v) {
-      glm::dvec3 p(skin.offsets[v]);
-      for (std::uint32_t i = skin.surface.row_begin[v]; i < skin.surface.row_begin[v + 1]; ++i) {
-        p += static_cast<double>(skin.surface.value[i]) * skin.points[skin.surface.column[i]];
-      }
-      out[v] = p;
-    }
-    return out;
-  }();
+  static const std::vector<glm::dvec3> places = runtime::places_at_rest(face().skin);
   return places;
 }
 

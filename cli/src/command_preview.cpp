@@ -155,7 +155,7 @@ class UnitChart {
       m.values[c] = -1.0F;
     } else if (channel.side == program::Side::left) {
       add_other_side(c, m);
-    } else if (channel.side == program::Side::right && !done_.empty() && done_.back() == channel.au) {
+    } else if (channel.side == program::Side::right && both_ == channel.au) {
       return;
     }
     add(c, std::move(m));
@@ -187,14 +187,14 @@ class UnitChart {
       return;
     }
     m.caption = std::move(both);
-    done_.push_back(channel.au);
+    both_ = channel.au;
   }
 
   const program::Program& program_;
   const runtime::Face& face_;
   const runtime::Rig& rig_;
   std::optional<std::size_t> shows_tongue_;
-  std::vector<int> done_;  ///< units whose sides were shown together
+  std::optional<int> both_;  ///< the unit whose sides were shown together last
   std::vector<Moment> moments_;
 };
 

@@ -24,7 +24,7 @@ std::optional<program::Failure> error_not_held(const runtime::GltfReport& report
                         worst->largest_m * 1000.0, options.max_error_m * 1000.0, worst->time_s, worst->mesh,
                         worst->place)
           : fmt::format("a normal is {:.1f} degrees off where {:.0f} are the most, at {:.2f} s, {} near {}",
-                        worst->normal_rad * kDegrees, runtime::kLargestTurn * kDegrees, worst->normal_time_s,
+                        worst->normal_rad * kDegrees, runtime::kAskew_rad * kDegrees, worst->normal_time_s,
                         worst->normal_mesh, worst->normal_place);
   return program::Failure{"error_not_held", file, fmt::format("{}: {}", worst->clip, what),
                           "ask for less, or put fewer clips in one file: each has only so many targets"};

@@ -512,7 +512,7 @@ class Export {
 }  // namespace
 
 double error_excess(const GltfClipError& e, double max_error_m) {
-  return std::max(e.largest_m / max_error_m, e.normal_rad / kLargestTurn);
+  return std::max(e.largest_m / max_error_m, e.normal_rad / kAskew_rad);
 }
 
 tl::expected<std::vector<std::byte>, Failure> export_glb(const Face& face, const Rig& rig, const Program& program,

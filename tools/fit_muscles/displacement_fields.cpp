@@ -3,12 +3,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <optional>
+#include <vector>
 
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
+#include <nms/runtime/places_at_rest.h>
 #include <nms/runtime/space_cells.h>
 
 namespace nms::fit_muscles {
@@ -39,17 +40,13 @@ constexpr double kNear = 0.010;  // how far a point may be from the face that te
 /// The skin's vertices in cells as wide as that.
 class SkinVertices {
  public:
-  explicit SkinVertices(const runtime::Skin& skin) {
-    const runtime::SparseMatrix& t = skin.surface;
+  explicit SkinVertices(const runtime::Skin& skin) : places_(runtime::places_at_rest(skin)) {
+    std::vector<bool> known(places_.size(), false);
     for (const runtime::Primitive& primitive : skin.primitives) {
       for (const std::uint32_t v : primitive.triangles) {
-        if (places_.contains(v)) continue;
-        glm::dvec3 p(skin.offsets[v]);
-        for (std::uint32_t k = t.row_begin[v]; k < t.row_begin[v + 1]; ++k) {
-          p += static_cast<double>(t.value[k]) * skin.points[t.column[k]];
-        }
-        places_[v] = p;
-        cells_.add(v, p);
+        if (known[v]) continue;
+        known[v] = true;
+        cells_.add(v, places_[v]);
       }
     }
   }
@@ -58,14 +55,14 @@ class SkinVertices {
     std::optional<std::uint32_t> best;
     double least = kNear;
     cells_.visit_near(p, [&](std::uint32_t v) {
-      const double d = glm::distance(places_.at(v), p);
+      const double d = glm::distance(places_[v], p);
       if (d < least) least = d, best = v;
     });
     return best;
   }
 
  private:
-  std::map<std::uint32_t, glm::dvec3> places_;
+  std::vector<glm::dvec3> places_;
   runtime::SpaceCells cells_{kNear};
 };
 

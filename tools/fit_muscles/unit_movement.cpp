@@ -6,6 +6,8 @@
 
 #include <glm/geometric.hpp>
 
+#include <nms/runtime/places_at_rest.h>
+
 namespace nms::fit_muscles {
 namespace {
 
@@ -33,29 +35,15 @@ std::vector<float> vertex_weights(const runtime::Face& face, std::string_view re
   return out;
 }
 
-std::vector<glm::dvec3> places_at_rest(const runtime::Skin& skin) {
-  std::vector<glm::dvec3> places(skin.surface.rows);
-  for (std::uint32_t v = 0; v < skin.surface.rows; ++v) {
-    glm::dvec3 p(skin.offsets[v]);
-    for (std::uint32_t i = skin.surface.row_begin[v]; i < skin.surface.row_begin[v + 1]; ++i) {
-      p += static_cast<double>(skin.surface.value[i]) * skin.points[skin.surface.column[i]];
-    }
-    places[v] = p;
-  }
-  return places;
-}
-
-double length_of(const glm::dvec3& v) { return std::sqrt(glm::dot(v, v)); }
-
 }  // namespace
 
 double degrees_between(const glm::dvec3& a, const glm::dvec3& b) {
-  const double lengths = length_of(a) * length_of(b);
+  const double lengths = glm::length(a) * glm::length(b);
   return lengths > 0.0 ? std::acos(std::clamp(glm::dot(a, b) / lengths, -1.0, 1.0)) * 57.29577951308232 : 180.0;
 }
 
 MovementGauge::MovementGauge(const runtime::Face& face, const runtime::Landmarks& landmarks)
-    : rest_(places_at_rest(face.skin)) {
+    : rest_(runtime::places_at_rest(face.skin)) {
   for (const runtime::Primitive& p : face.skin.primitives) {
     const std::string& material = face.materials[p.material].name;
     if (material == "brow" || material == "hair") continue;  // shells that ride on the skin
@@ -79,7 +67,7 @@ void MovementGauge::find_visible(const runtime::Face& face, const runtime::Landm
     for (const std::uint32_t v : t) {
       seen[v] = 1;
       normals[v] += n;
-      areas[v] += length_of(n) / 6.0;
+      areas[v] += glm::length(n) / 6.0;
     }
   }
   const auto lining = vertex_weights(face, "lining");
@@ -90,7 +78,7 @@ void MovementGauge::find_visible(const runtime::Face& face, const runtime::Landm
     if (eye != landmarks.end()) {
       const glm::dvec3 centre(std::copysign(eye->second.x, rest_[v].x), eye->second.y, eye->second.z);
       const glm::dvec3 from_eye = rest_[v] - centre;
-      if (length_of(from_eye) < kEyeball && glm::dot(from_eye, normals[v]) < 0.0) seen[v] = 0;
+      if (glm::length(from_eye) < kEyeball && glm::dot(from_eye, normals[v]) < 0.0) seen[v] = 0;
     }
     if (!seen[v] || rest_[v].x < -1e-6) continue;
     left_.push_back(v);
@@ -100,7 +88,7 @@ void MovementGauge::find_visible(const runtime::Face& face, const runtime::Landm
     const Triangle& t = triangles_[i];
     if (!seen[t[0]] || !of_the_face((rest_[t[0]] + rest_[t[1]] + rest_[t[2]]) / 3.0)) continue;
     face_.push_back(i);
-    face_area_.push_back(0.5 * length_of(glm::cross(rest_[t[1]] - rest_[t[0]], rest_[t[2]] - rest_[t[0]])));
+    face_area_.push_back(0.5 * glm::length(glm::cross(rest_[t[1]] - rest_[t[0]], rest_[t[2]] - rest_[t[0]])));
     whole_ += face_area_.back();
   }
 }
@@ -165,7 +153,7 @@ void MovementGauge::measure_edges(std::span<const glm::vec3> positions, UnitMove
 std::uint32_t MovementGauge::nearest(const glm::dvec3& place) const {
   std::uint32_t best = left_.empty() ? 0 : left_.front();
   for (const std::uint32_t v : left_) {
-    if (length_of(rest_[v] - place) < length_of(rest_[best] - place)) best = v;
+    if (glm::length(rest_[v] - place) < glm::length(rest_[best] - place)) best = v;
   }
   return best;
 }
@@ -174,7 +162,7 @@ UnitMovement MovementGauge::measure(std::span<const glm::vec3> positions) const 
   UnitMovement m;
   for (const std::uint32_t v : left_) {
     const glm::dvec3 moved = glm::dvec3(positions[v]) - rest_[v];
-    const double mm = length_of(moved) * 1000.0;
+    const double mm = glm::length(moved) * 1000.0;
     if (mm <= m.largest_mm) continue;
     m.largest_mm = mm;
     m.direction = moved / (mm / 1000.0);
@@ -183,7 +171,7 @@ UnitMovement MovementGauge::measure(std::span<const glm::vec3> positions) const 
   double moving = 0.0;
   for (std::size_t i = 0; i < face_.size(); ++i) {
     double mm = 0.0;
-    for (const std::uint32_t v : triangles_[face_[i]]) mm += length_of(glm::dvec3(positions[v]) - rest_[v]) / 0.003;
+    for (const std::uint32_t v : triangles_[face_[i]]) mm += glm::length(glm::dvec3(positions[v]) - rest_[v]) / 0.003;
     if (mm > kMoving * m.largest_mm) moving += face_area_[i];
   }
   m.area = whole_ > 0.0 ? moving / whole_ : 0.0;
@@ -194,14 +182,14 @@ UnitMovement MovementGauge::measure(std::span<const glm::vec3> positions) const 
 UnitMovement MovementGauge::measure_smoothly(std::span<const glm::vec3> positions) const {
   UnitMovement m;
   double largest = 0.0;
-  for (const std::uint32_t v : left_) largest = std::max(largest, length_of(glm::dvec3(positions[v]) - rest_[v]));
+  for (const std::uint32_t v : left_) largest = std::max(largest, glm::length(glm::dvec3(positions[v]) - rest_[v]));
   measure_edges(positions, m);
   if (largest <= 0.0) return m;
   double sum = 0.0;
   double size = 0.0;
   for (std::size_t i = 0; i < left_.size(); ++i) {
     const glm::dvec3 moved = glm::dvec3(positions[left_[i]]) - rest_[left_[i]];
-    const double length = length_of(moved);
+    const double length = glm::length(moved);
     if (length < 0.5 * largest) continue;  // 2^-32: nothing
     const double weight = left_area_[i] * std::pow(length / largest, kPeak);
     sum += weight;
@@ -212,12 +200,12 @@ UnitMovement MovementGauge::measure_smoothly(std::span<const glm::vec3> position
   if (!(sum > 0.0)) return m;
   m.largest_mm = 1000.0 * size / sum;
   m.place /= sum;
-  m.direction /= std::max(length_of(m.direction), 1e-12);
+  m.direction /= std::max(glm::length(m.direction), 1e-12);
   double moving = 0.0;
   for (std::size_t i = 0; i < face_.size(); ++i) {
     double share = 0.0;
     for (const std::uint32_t v : triangles_[face_[i]]) {
-      share += length_of(glm::dvec3(positions[v]) - rest_[v]) / (3.0 * largest);
+      share += glm::length(glm::dvec3(positions[v]) - rest_[v]) / (3.0 * largest);
     }
     const double t = std::clamp(0.5 + (share - kMoving) / (2.0 * kStep), 0.0, 1.0);
     moving += face_area_[i] * t * t * (3.0 - 2.0 * t);

@@ -60,10 +60,7 @@ struct GltfTargetError {
   double askew_share = 0.0;  ///< as above
 };
 
-/// The most that a normal may be turned where an error is asked for: 3 degrees. [rad]
-inline constexpr double kLargestTurn = 3.0 * 3.14159265358979 / 180.0;
-
-/// How many times as large as was asked for: above 1 it does not hold.
+/// How many times as large as was asked for, or as kAskew_rad: above 1 it does not hold.
 [[nodiscard]] double error_excess(const GltfClipError& e, double max_error_m);
 
 struct GltfReport {
