@@ -23,8 +23,9 @@ const std::map<std::string, std::set<std::string>> kArrows = {
     {"picture", {}},
     {"stdlib", {}},
     {"cli", {"lang", "compiler", "runtime", "program", "picture", "stdlib"}},
-    {"tools/fit_face", {"lang", "compiler", "runtime", "program", "stdlib"}},
-    {"tools/fit_muscles", {"lang", "compiler", "runtime", "program", "stdlib"}},
+    {"tools/face_program", {"lang", "compiler", "program", "stdlib"}},
+    {"tools/fit_face", {"face_program", "lang", "runtime", "program", "stdlib"}},
+    {"tools/fit_muscles", {"face_program", "lang", "runtime", "program", "stdlib"}},
 };
 
 /// A room's own headers go by its last name: tools/fit_face has <nms/fit_face/...>.

@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include <fit_program.h>
 #include <fmt/format.h>
 
+#include <nms/face_program/face_program.h>
 #include <nms/lang/parse.h>
 #include <nms/program/program.h>
 #include <nms/runtime/face_x3d.h>
@@ -105,7 +105,7 @@ program::Image all_units() {
   }
   const std::vector<std::pair<std::string, std::string>> sources = {{"units.nms", source}};
   std::string said;
-  auto image = fit_muscles::compile_face(sources, "ada", {}, said);
+  auto image = face_program::compile_face(sources, "ada", {}, said);
   if (!image) fail(said);
   return std::move(*image);
 }

@@ -13,13 +13,13 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <nms/face_program/face_program.h>
 #include <nms/runtime/face_x3d.h>
 #include <nms/runtime/polygon_mesh.h>
 #include <nms/runtime/rig.h>
 #include <nms/stdlib/embedded.h>
 
 #include "displacement_fields.h"
-#include "fit_program.h"
 #include "muscle_fit.h"
 
 namespace nms::fit_muscles {
@@ -78,7 +78,7 @@ class FitMuscles : public testing::Test {
  protected:
   void compile(const std::vector<std::string>& units) {
     std::string said;
-    image_ = compile_face({}, "ada", units, said);
+    image_ = face_program::compile_face({}, "ada", units, said);
     ASSERT_TRUE(image_.has_value()) << said;
     rest_ = rest_mesh(thin_ada(), 0.001);
     truth_.assign(program().muscles.begin(), program().muscles.end());
@@ -427,7 +427,7 @@ class FitCommand : public testing::Test {
 TEST_F(FitCommand, writes_muscles_that_compile) {
   std::string said;
   const std::vector<std::string> units{"AU12"};
-  const auto image = compile_face({}, "ada", units, said);
+  const auto image = face_program::compile_face({}, "ada", units, said);
   ASSERT_TRUE(image.has_value());
   const RestMesh rest = rest_mesh(thin_ada(), 0.001);
   std::vector<Muscle> truth(image->program().muscles.begin(), image->program().muscles.end());
@@ -452,7 +452,7 @@ TEST_F(FitCommand, writes_muscles_that_compile) {
   face.replace(face.find("face ada"), 8, "face mine");
   face.insert(face.rfind('}'), fitted);
   const std::vector<std::pair<std::string, std::string>> sources{{"mine.nms", face}};
-  const auto again = compile_face(sources, "mine", units, said);
+  const auto again = face_program::compile_face(sources, "mine", units, said);
   ASSERT_TRUE(again.has_value()) << said << face;
   bool found = false;
   for (const Muscle& m : again->program().muscles) {

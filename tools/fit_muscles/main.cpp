@@ -11,12 +11,12 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <nms/face_program/face_program.h>
 #include <nms/lang/quantity.h>
 #include <nms/runtime/face_file.h>
 #include <nms/runtime/polygon_mesh.h>
 #include <nms/stdlib/embedded.h>
 
-#include "fit_program.h"
 #include "muscle_fit.h"
 
 // nmsc-fit: measured displacements -> muscles. Its own program, so that nothing else loads Ceres.
@@ -132,7 +132,7 @@ int run(const Options& options) {
                  "give --neutral and --expression, or --figures and units that it has"});
   }
   std::string said;
-  const auto image = fit_muscles::compile_face(sources, options.face, units, said);
+  const auto image = face_program::compile_face(sources, options.face, units, said);
   if (!image) {
     fmt::print(stderr, "{}", said);
     return 1;

@@ -1,4 +1,4 @@
-#include "fit_program.h"
+#include <nms/face_program/face_program.h>
 
 #include <map>
 #include <memory>
@@ -10,7 +10,7 @@
 #include <nms/compiler/compile.h>
 #include <nms/stdlib/embedded.h>
 
-namespace nms::fit_muscles {
+namespace nms::face_program {
 namespace {
 
 /// The library's own files; `from` is looked beside first.
@@ -68,4 +68,4 @@ std::optional<program::Image> compile_face(std::span<const std::pair<std::string
   return std::move(*image);
 }
 
-}  // namespace nms::fit_muscles
+}  // namespace nms::face_program

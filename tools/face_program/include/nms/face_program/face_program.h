@@ -7,9 +7,10 @@
 
 #include <nms/program/program.h>
 
-namespace nms::fit_muscles {
+namespace nms::face_program {
 
-/// The face's muscles and landmarks, and the named units, as a program: sources first, then the library.
+/// What the fitting tools begin from: the face's muscles and landmarks, and the named units, as a program: sources
+/// first, then the library.
 /// @param sources  paths and texts
 /// @param units    "AU12", "AU12L+AU6"
 /// @param said     out: what the compiler had to say
@@ -17,4 +18,4 @@ namespace nms::fit_muscles {
                                                          const std::string& face, std::span<const std::string> units,
                                                          std::string& said);
 
-}  // namespace nms::fit_muscles
+}  // namespace nms::face_program
