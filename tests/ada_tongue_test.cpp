@@ -13,6 +13,7 @@
 #include <nms/runtime/rig.h>
 
 #include "ada_fixture.h"
+#include "under_sanitizers.h"
 
 namespace nms::ada {
 namespace {
@@ -76,13 +77,15 @@ TEST(AdaTongue, moves_little_by_little) {
   const Bound& b = all_units();
   Tongue tongue(b);
   const std::vector<std::string> units{"AU19", "AU37", "AU111", "AU112", "AU113", "AU114", "AU115", "AU116"};
-  int sweeps = 0;
+  const std::size_t every = one_case_of(6);
+  std::size_t sweeps = 0;
   for (const std::string jaw : {"", "AU26", "AU27"}) {
     for (const bool out : {false, true}) {
       for (const std::string& swept : units) {
         for (const std::string& held : units) {
           if (out && (puts_out(swept) || puts_out(held))) continue;
           if (opposed(swept, held) || (puts_out(swept) && puts_out(held) && swept != held)) continue;
+          if (++sweeps % every != 0) continue;
           std::vector<std::string> names;
           if (!jaw.empty()) names.push_back(jaw);
           if (out) names.emplace_back("AU19");
@@ -99,12 +102,11 @@ TEST(AdaTongue, moves_little_by_little) {
           EXPECT_LE(fine_mm * kCoarse * kFine, kFastest_mm)
               << fmt::format("{}: {:.2f} mm at once, at {:.0f} % of the last", fmt::join(names, " + "), fine_mm,
                              100.0 * step / kCoarse);
-          ++sweeps;
         }
       }
     }
   }
-  EXPECT_GT(sweeps, 150);
+  EXPECT_GT(sweeps, 150U);
 }
 
 TEST(AdaTongue, goes_where_its_units_say) {
