@@ -71,19 +71,21 @@ Bound bind_with(const std::string& source) {
   return {std::move(image), std::move(rig)};
 }
 
+std::string expressions_of_all_units() {
+  std::string source;
+  Library library;
+  lang::Diagnostics diagnostics;
+  const auto tree = lang::parse(library.find("facs.nms", ""), diagnostics);
+  for (const lang::NodeRef node : tree->root().children()) {
+    if (!node.is(lang::NodeKind::au)) continue;
+    const std::string number(node.child(lang::NodeKind::quantity).text());
+    source += "expression e" + number + " 1s { 100%: AU" + number + " }\n";
+  }
+  return source;
+}
+
 const Bound& all_units() {
-  static const Bound bound = [] {
-    std::string source;
-    Library library;
-    lang::Diagnostics diagnostics;
-    const auto tree = lang::parse(library.find("facs.nms", ""), diagnostics);
-    for (const lang::NodeRef node : tree->root().children()) {
-      if (!node.is(lang::NodeKind::au)) continue;
-      const std::string number(node.child(lang::NodeKind::quantity).text());
-      source += "expression e" + number + " 1s { 100%: AU" + number + " }\n";
-    }
-    return bind_with(source);
-  }();
+  static const Bound bound = bind_with(expressions_of_all_units());
   return bound;
 }
 

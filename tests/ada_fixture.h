@@ -28,6 +28,9 @@ struct Bound {
 /// Compiles the source with the library and binds it to the face.
 Bound bind_with(const std::string& source);
 
+/// One for every unit of the library.
+std::string expressions_of_all_units();
+
 /// Every unit of the library, so that each has a channel and its muscles.
 const Bound& all_units();
 

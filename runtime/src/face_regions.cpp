@@ -25,6 +25,8 @@ namespace {
 // Upper turns to lower lip or lid over this distance to either side of the corner.
 constexpr double kLipCorner = 0.0035;  // [m]
 constexpr double kLidCorner = 0.0009;  // [m]
+// The same away from the corner, as a share of the distance: beyond the eye skin is hardly either's.
+constexpr double kLidCornerWidens = 0.35;
 // Beyond the border of the lips' red, skin follows less and less to nothing.
 constexpr double kPerioral = 0.010;  // [m]
 // Inside it all follows as far as the lips are thick, then less and less.
@@ -38,6 +40,9 @@ constexpr double kJawOfUpperLip = 0.03;
 constexpr double kJawOfLowerLip = 0.85;
 // Skin slides over the chin: it takes so much of the bone's turn.
 constexpr double kJawOfSkin = 0.90;
+// Deeper than the lips, the mouth's floor goes with the lower teeth and its roof with the upper ones; between them, in
+// the cheeks, one turns to the other within so much to either side of where the teeth meet.
+constexpr double kBetweenRows = 0.012;  // [m]
 // A lid goes whole as far as the first of these shares of the way to brow or cheek, and not at all from the second.
 constexpr double kLidWhole = 0.16;
 constexpr double kLidLeast = 0.75;
@@ -172,6 +177,7 @@ class RegionMaker {
     if (!(reach > 0.0)) return std::nullopt;
     Weights result(places_.size());
     along_jaw_.resize(places_.size());
+    below_bite_.resize(places_.size());
     for (std::size_t v = 0; v < places_.size(); ++v) {
       const glm::dvec3& p = places_[v];
       const double y = p.y - hinge->y;
@@ -179,6 +185,7 @@ class RegionMaker {
       const double below = -(y * mouth_z - z * mouth_y) / reach;
       const double along = (y * mouth_y + z * mouth_z) / reach;
       along_jaw_[v] = smooth_rise(length(0.002), length(0.042), along);
+      below_bite_[v] = smooth_rise(-length(kBetweenRows), length(kBetweenRows), below);
       result[v] = smooth_rise(length(-0.006), length(0.034) + 0.1 * std::abs(p.x), below) * along_jaw_[v] *
                   smooth_rise(menton->y - length(0.057), menton->y - length(0.010), p.y) * kJawOfSkin;
     }
@@ -204,7 +211,11 @@ class RegionMaker {
     for (std::size_t v = 0; v < places_.size(); ++v) {
       const double near = std::min(to_upper[v], to_lower[v]);
       if (within[v] || near == 0.0) red[v] = 1.0;
-      if (near == SurfaceGraph::kFar) continue;
+      if (near == SurfaceGraph::kFar) {
+        if (within[v]) lining[v] = 1.0;
+        if (within[v] && jaw_) (*jaw_)[v] = jaw_of_inside(v);
+        continue;
+      }
       const double towards_lower =
           to_upper[v] == to_lower[v] ? 0.0 : std::clamp(to_upper[v] - to_lower[v], -length(1.0), length(1.0));
       const double lower_share = smooth_rise(-length(kLipCorner), length(kLipCorner), towards_lower);
@@ -218,7 +229,7 @@ class RegionMaker {
       const double along = std::max(1.0 - std::abs(places_[v].x) / corner, 0.0);
       const double opened = 0.5 + (lower_share - 0.5) * lip_opening(along);
       double jaw = kJawOfUpperLip + (kJawOfLowerLip - kJawOfUpperLip) * opened;
-      if (within[v]) jaw *= along_jaw_[v];
+      if (within[v]) jaw += (jaw_of_inside(v) - jaw) * smooth_rise(length(kLipInside), length(kLipDeepest), near);
       double& share = (*jaw_)[v];
       share += (jaw - share) * (within[v] ? 1.0 : keep);
     }
@@ -228,6 +239,9 @@ class RegionMaker {
     put("vermilion", red);
     raised(lip_lower);
   }
+
+  // Where lips lie the one on the other, ways along the skin tell them apart; in the mouth's depth both are as far.
+  double jaw_of_inside(std::size_t v) const { return below_bite_[v] * along_jaw_[v]; }
 
   // What the levators of the upper lip may move: nearly nothing of the nose, less of the groove below it.
   void raised(const Weights& lip_lower) {
@@ -267,7 +281,8 @@ class RegionMaker {
       if (near == SurfaceGraph::kFar) continue;
       const double towards_lower =
           to_upper[v] == to_lower[v] ? 0.0 : std::clamp(to_upper[v] - to_lower[v], -length(1.0), length(1.0));
-      const double lower_share = smooth_rise(-length(kLidCorner), length(kLidCorner), towards_lower);
+      const double corner = length(kLidCorner) + kLidCornerWidens * near;
+      const double lower_share = smooth_rise(-corner, corner, towards_lower);
       const double back = smooth_fall((near - length(kLidBackWhole)) / length(kLidBackLeast - kLidBackWhole));
       const auto front = [&](double way) {
         return smooth_fall((near - kLidWhole * way) / ((kLidLeast - kLidWhole) * way));
@@ -305,7 +320,8 @@ class RegionMaker {
   std::vector<std::array<std::uint32_t, 3>> triangles_;
   SurfaceGraph graph_;
   std::optional<Weights> jaw_;
-  Weights along_jaw_;  // how far in front of the jaw's hinge, by vertex [0, 1]
+  Weights along_jaw_;   // how far in front of the jaw's hinge, by vertex [0, 1]
+  Weights below_bite_;  // how far below the line from the jaw's hinge to the mouth [0, 1]
 };
 
 }  // namespace

@@ -34,8 +34,37 @@ constexpr double kLidContact = 1.02;
 constexpr double kLidWidest = -0.8;
 // The corners of the eye lie about this far from its centre in x.
 constexpr double kCornerDistance = 0.013;  // [m]
+// Skin that is held by this share keeps its whole distance from the eyeball's centre.
+constexpr double kKeptOff = 0.10;
 // How far along the lid a point looks for the widest opening.
-constexpr double kCornerReach = 0.0003;  // [m]
+constexpr double kCornerReach = 0.00045;  // [m]
+// Away from its edge a lid turns as what lies to either side within this share of the distance, on average: a shut lid
+// has no step beside the corners of the eye. Nearer than the first of these distances it is its edge's; from the second
+// on the share is whole.
+constexpr double kSpread = 0.8;
+constexpr double kEdge = 0.0015;  // [m]
+constexpr double kFold = 0.0050;  // [m]
+constexpr int kSpreadSteps = 6;
+
+/// Along the eyeball. [m]
+double distance_from(const LidMargin& edge, const glm::dvec3& p, const glm::dvec3& centre) {
+  const glm::dvec3 from = p - centre;
+  const double radius = std::sqrt(from.y * from.y + from.z * from.z);
+  return radius * std::abs(elevation(p, centre) - edge.elevation_at(p.x));
+}
+
+template <typename Angle>
+double spread(Angle angle, double x, double half) {
+  if (half <= 0.0) return angle(x);
+  double sum = 0.0;
+  double whole = 0.0;
+  for (int k = -kSpreadSteps; k <= kSpreadSteps; ++k) {
+    const double share = 1.0 - std::abs(k) / (kSpreadSteps + 1.0);
+    sum += share * angle(x + half * k / kSpreadSteps);
+    whole += share;
+  }
+  return sum / whole;
+}
 
 }  // namespace
 
@@ -97,9 +126,14 @@ std::optional<Failure> RigParts::make_eye_lids(std::size_t index) {
     if (upper[i] <= 0.0F && lower[i] <= 0.0F) continue;
     // A spline lags behind its control points where they turn less and less, towards the corners of the eye.
     const double x = points[i].x;
+    const auto closing = [&](double at) {
+      return std::max({closing_angle(upper_edge, lower_edge, at - reach), closing_angle(upper_edge, lower_edge, at),
+                       closing_angle(upper_edge, lower_edge, at + reach)});
+    };
+    const LidMargin& nearer = upper[i] >= lower[i] ? upper_edge : lower_edge;
+    const double from_edge = distance_from(nearer, points[i], eye.centre);
     const double angle =
-        std::max({closing_angle(upper_edge, lower_edge, x - reach), closing_angle(upper_edge, lower_edge, x),
-                  closing_angle(upper_edge, lower_edge, x + reach)});
+        spread(closing, x, kSpread * smooth_rise(kEdge * rig.scale, kFold * rig.scale, from_edge) * from_edge);
     // No slope at the lid's outer border, or the skin that is held creases against the skin that is pulled.
     const double hold = 1.0 - smooth_fall(static_cast<double>(std::max(upper[i], lower[i])));
     const double share = static_cast<double>(std::max(upper[i], lower[i]));
@@ -184,7 +218,11 @@ void move_lids(const Face& face, const Rig& rig, Pose& pose) {
       const glm::dvec3 v_rest = at_rest - eye.centre;
       const double squared = dot(v, v);
       const double least = dot(v_rest, v_rest);
-      if (squared < least && squared > 0.0) moved = eye.centre + std::sqrt(least / squared) * v;
+      // From the lid's border on little by little, or skin just outside it would part from skin just inside.
+      if (squared < least && squared > 0.0) {
+        const double kept = smooth_rise(0.0, kKeptOff, p.hold);
+        moved = eye.centre + (1.0 + kept * (std::sqrt(least / squared) - 1.0)) * v;
+      }
       if (turned) {
         const double side = p.drawn * lid.sideways;
         const double angle = lid.upper * p.upper_angle + lid.lower * p.lower_angle -

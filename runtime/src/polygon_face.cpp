@@ -275,6 +275,9 @@ class PolygonFace {
   void paint(const Landmarks& all) {
     constexpr glm::vec3 kRed(0.76F, 0.47F, 0.55F);
     constexpr glm::vec3 kLining(0.45F, 0.17F, 0.20F);
+    constexpr glm::vec3 kThroat(0.10F, 0.03F, 0.04F);  // little light comes there
+    constexpr double kThroatFrom = 0.008;              // behind the lips [m], times the face's size
+    constexpr double kThroatAll = 0.050;
     constexpr glm::vec3 kHair(0.16F, 0.15F, 0.16F);
     constexpr double kBrowFull = 0.0022;  // half the height of a brow [m], times the face's size
     constexpr double kBrowEdge = 0.0050;
@@ -283,6 +286,7 @@ class PolygonFace {
     skin.colors.assign(skin.points.size(), glm::vec3(1.0F));
     const auto red = face_.regions.find("vermilion");
     const auto lining = face_.regions.find("lining");
+    const auto lips = all.find("stomion");
     const double size = face_scale(all).length;
     std::vector<std::pair<glm::dvec3, glm::dvec3>> strokes;
     for (const char* side : {"_L", "_R"}) {
@@ -295,13 +299,33 @@ class PolygonFace {
       }
     }
     if (chosen_.contains(FacePartKind::brows)) strokes.clear();
+    if (lips != all.end()) shade_tongue(lips->second.z, size);
     for (std::size_t i = 0; i < skin.points.size(); ++i) {
-      if (red != face_.regions.end() && lining != face_.regions.end())
-        skin.colors[i] = glm::mix(glm::vec3(1.0F), glm::mix(kRed, kLining, lining->second[i]), red->second[i]);
+      if (red != face_.regions.end() && lining != face_.regions.end()) {
+        const double deep = lips == all.end() ? 0.0 : (lips->second.z - skin.points[i].z) / size;
+        const glm::vec3 inside =
+            glm::mix(kLining, kThroat, static_cast<float>(smooth_rise(kThroatFrom, kThroatAll, deep)));
+        skin.colors[i] = glm::mix(glm::vec3(1.0F), glm::mix(kRed, inside, lining->second[i]), red->second[i]);
+      }
       double nearest = kBrowEdge * size;
       for (const auto& [a, b] : strokes) nearest = std::min(nearest, to_stroke(skin.points[i], a, b));
       const double hair = smooth_fall((nearest / size - kBrowFull) / (kBrowEdge - kBrowFull));
       skin.colors[i] = glm::mix(skin.colors[i], kHair, static_cast<float>(hair));
+    }
+  }
+
+  // As the skin of the mouth's depth. The tip comes out into the light.
+  void shade_tongue(double lips_z, double size) {
+    constexpr float kDark = 0.2F;
+    constexpr double kFrom = 0.018;  // behind the lips [m], times the face's size
+    constexpr double kAll = 0.060;
+    for (RigidMesh& mesh : face_.rigid) {
+      if (mesh.name != program::enum_name(FacePartKind::tongue)) continue;
+      mesh.colors.clear();
+      for (const glm::vec3& p : mesh.positions) {
+        const double deep = (lips_z - static_cast<double>(p.z)) / size;
+        mesh.colors.emplace_back(1.0F - (1.0F - kDark) * static_cast<float>(smooth_rise(kFrom, kAll, deep)));
+      }
     }
   }
 
