@@ -170,7 +170,7 @@ TEST_P(OutsideHead, ShowsFewArtefacts) {
     pairs.add(inspector.look(pose.values), pose.what);
   for (const auto& pose : fit_face::mixtures(head.image->program(), 7, 1000))
     mixtures.add(inspector.look(pose.values), pose.what);
-  const std::size_t most = std::getenv("NMS_REPORT") != nullptr ? 60 : 4;
+  const std::size_t most = std::getenv("NMS_REPORT") != nullptr ? 6000 : 4;
   ADD_FAILURE() << "\nREST\n"
                 << rest.text(most) << "UNITS\n"
                 << units.text(most) << "PAIRS\n"

@@ -205,6 +205,10 @@ class RegionMaker {
     const std::vector<bool> within = inside(upper, lower);
     const double corner = std::max(std::abs(place("mouth_corner_L")->x), std::abs(place("mouth_corner_R")->x));
     if (!(corner > 0.0)) return;
+    const glm::dvec3* middle = place("stomion");
+    const double middle_y =
+        middle != nullptr ? middle->y : 0.5 * (place("lip_upper_mid")->y + place("lip_lower_mid")->y);
+    const double corner_y = 0.5 * (place("mouth_corner_L")->y + place("mouth_corner_R")->y);
 
     Weights lip_upper(places_.size(), 0.0), lip_lower(places_.size(), 0.0), lining(places_.size(), 0.0),
         red(places_.size(), 0.0);
@@ -216,8 +220,13 @@ class RegionMaker {
         if (within[v] && jaw_) (*jaw_)[v] = jaw_of_inside(v);
         continue;
       }
-      const double towards_lower =
+      double towards_lower =
           to_upper[v] == to_lower[v] ? 0.0 : std::clamp(to_upper[v] - to_lower[v], -length(1.0), length(1.0));
+      // Behind the lips both are reached over the corner, and the ways there say little: the height does.
+      if (within[v]) {
+        const double s = std::min(std::abs(places_[v].x) / corner, 1.0);
+        towards_lower += middle_y + s * s * (corner_y - middle_y) - places_[v].y;
+      }
       const double lower_share = smooth_rise(-length(kLipCorner), length(kLipCorner), towards_lower);
       const double keep = within[v] ? smooth_fall((near - length(kLipInside)) / length(kLipDeepest - kLipInside))
                                     : smooth_fall(near / length(kPerioral));
