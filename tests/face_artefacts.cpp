@@ -17,9 +17,7 @@ namespace {
 // A triangle thinner than this is a line but for the rounding of single precision: it has no side to turn over.
 constexpr double kLeastHeight = 1e-7;  // [m]
 constexpr float kLipShare = 0.9F;
-// Vertices of one place at rest that come further apart than this show a gap.
-constexpr double kSeam = 1e-6;  // [m], as all below on a head of ada's size
-// Skin about an eyeball, and about the rows of teeth.
+// Skin about an eyeball, and about the rows of teeth. [m], as all below on a head of ada's size
 constexpr double kAboutEye = 0.040;
 constexpr double kAboutTeeth = 0.025;
 // What of the tongue is further behind the front of a row of teeth is not seen.
@@ -225,7 +223,6 @@ Inspector::Inspector(const runtime::Face& face, const runtime::Rig& rig, runtime
   find_skin();
   find_lips();
   find_eyes();
-  find_seams();
   for (std::size_t i = 0; i < face_.rigid.size(); ++i) {
     if (face_.rigid[i].name != "tongue") continue;
     tongue_ = i;
@@ -305,25 +302,6 @@ void Inspector::find_eyes() {
   }
 }
 
-// Where borders of the surface's triangles touch at rest.
-void Inspector::find_seams() {
-  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
-  for (const Triangle& t : skin_)
-    for (std::size_t k = 0; k < 3; ++k) ++edges[std::minmax(t[k], t[(k + 1) % 3])];
-  std::map<std::tuple<double, double, double>, std::vector<std::uint32_t>> at;
-  std::vector<char> seen(rest_.size(), 0);
-  for (const auto& [edge, count] : edges) {
-    if (count != 1) continue;
-    for (const std::uint32_t v : {edge.first, edge.second}) {
-      if (seen[v] != 0) continue;
-      seen[v] = 1;
-      at[{rest_[v].x, rest_[v].y, rest_[v].z}].push_back(v);
-    }
-  }
-  for (const auto& [place, here] : at)
-    for (std::size_t i = 1; i < here.size(); ++i) seams_.emplace_back(here[0], here[i]);
-}
-
 // ------------------------------------------------------------------------------------------------ looking
 
 void Inspector::add(const std::string& kind, std::uint32_t vertex, double metres) {
@@ -360,7 +338,6 @@ std::vector<Artefact> Inspector::look(std::span<const float> values) {
   found_.clear();
   look_for_lost();
   look_for_folds();
-  look_at_seams();
   look_at_eyes();
   look_at_lips();
   look_at_teeth();
@@ -395,13 +372,6 @@ void Inspector::look_for_folds() {
     if (!resting_ && folded_at_rest_[i] != 0) continue;
     const double side = std::sqrt(0.5 * glm::length(glm::cross(now(t[1]) - now(t[0]), now(t[2]) - now(t[0]))));
     if (side * 1000.0 > settings_.least_fold_mm * scale_) add("folded skin", t[0], side);
-  }
-}
-
-void Inspector::look_at_seams() {
-  for (const auto& [a, b] : seams_) {
-    const double apart = glm::distance(now(a), now(b));
-    if (apart > kSeam * scale_) add("open seam", a, apart);
   }
 }
 
@@ -567,17 +537,19 @@ void ArtefactTally::add(const std::vector<Artefact>& found, const std::string& p
   }
 }
 
-int ArtefactTally::count(const std::string& kind) const {
-  const auto at = of_.find(kind);
-  return at == of_.end() ? 0 : static_cast<int>(at->second.size());
-}
-
-double ArtefactTally::worst_mm(const std::string& kind) const {
-  const auto at = of_.find(kind);
-  double worst = 0.0;
-  if (at != of_.end())
-    for (const auto& [mm, what] : at->second) worst = std::max(worst, mm);
-  return worst;
+std::string ArtefactTally::past(const std::vector<ArtefactLimit>& limits) const {
+  std::string out;
+  for (const auto& [kind, all] : of_) {
+    const auto limit =
+        std::find_if(limits.begin(), limits.end(), [&k = kind](const ArtefactLimit& l) { return l.kind == k; });
+    const ArtefactLimit allowed = limit == limits.end() ? ArtefactLimit{kind} : *limit;
+    const auto worst = std::max_element(all.begin(), all.end());
+    const double share = static_cast<double>(all.size()) / poses_;
+    if (worst->first <= allowed.mm && share <= allowed.share) continue;
+    out += fmt::format("{}: {} of {} poses, {:.1f} % allowed; worst {:.2f} mm, {:.2f} mm allowed: {}\n", kind,
+                       all.size(), poses_, 100.0 * allowed.share, worst->first, allowed.mm, worst->second);
+  }
+  return out;
 }
 
 std::string ArtefactTally::text(std::size_t most) const {

@@ -19,6 +19,8 @@
 /// the surfaces apart (runtime/src/contact.cpp): depths are found on the triangles of skin, teeth and tongue
 /// themselves.
 ///
+/// Seams are not looked at: where surfaces meet they share one vertex (ada_seams_test.cpp).
+///
 /// What a face's file shows at rest is its own: it counts only as far as a pose makes it worse.
 namespace nms::test {
 
@@ -106,7 +108,6 @@ class Inspector {
   void find_skin();
   void find_lips();
   void find_eyes();
-  void find_seams();
   void add(const std::string& kind, std::uint32_t vertex, double metres);
   void add_at(const std::string& kind, const glm::dvec3& place, double metres);
   [[nodiscard]] glm::dvec3 now(std::uint32_t v) const { return glm::dvec3(pose_.positions[v]); }
@@ -119,7 +120,6 @@ class Inspector {
   [[nodiscard]] glm::dvec3 from_jaw(const glm::dvec3& p) const;
   void look_for_lost();
   void look_for_folds();
-  void look_at_seams();
   void look_at_eyes();
   void look_at_shut(const Eye& eye);
   void look_at_lips();
@@ -136,7 +136,6 @@ class Inspector {
   std::vector<glm::dvec3> rest_;
   std::vector<Triangle> skin_;
   std::vector<char> folded_at_rest_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> seams_;
   std::vector<Eye> eyes_;
   std::array<Lip, 2> lips_;  ///< upper, lower
   std::vector<std::uint32_t> mouth_;
@@ -150,18 +149,22 @@ class Inspector {
   std::vector<Artefact> at_rest_;
 };
 
+/// How much of a kind is let pass.
+struct ArtefactLimit {
+  std::string kind;
+  double mm = 0.0;     ///< the worst pose
+  double share = 0.0;  ///< of all poses that may show it [0, 1]
+};
+
 /// Gathers what many poses show, and says it.
 class ArtefactTally {
  public:
   void add(const std::vector<Artefact>& found, const std::string& pose);
-  [[nodiscard]] int poses() const { return poses_; }
-  /// Poses that show this kind.
-  [[nodiscard]] int count(const std::string& kind) const;
-  /// 0: no pose shows it. [mm]
-  [[nodiscard]] double worst_mm(const std::string& kind) const;
   /// A line for each kind, then its worst poses, at most `most` each.
   [[nodiscard]] std::string text(std::size_t most) const;
   [[nodiscard]] bool empty() const { return of_.empty(); }
+  /// What goes past these, a line each; empty: nothing does. A kind that is not among them may not be shown at all.
+  [[nodiscard]] std::string past(const std::vector<ArtefactLimit>& limits) const;
 
  private:
   int poses_ = 0;

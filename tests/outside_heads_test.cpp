@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
@@ -23,6 +24,7 @@
 #include "ada_fixture.h"
 #include "embedded_library.h"
 #include "face_artefacts.h"
+#include "under_sanitizers.h"
 
 #include "../tools/fit_face/poses.h"
 
@@ -158,24 +160,53 @@ TEST_P(OutsideHead, ClosedEyesAreClosedAndNothingIsLost) {
   }
 }
 
-// What these heads show, held at what it is.
+/// What each head may show, and not more; docs/for-faces.md says what a coarse head costs.
+struct Limits {
+  std::vector<test::ArtefactLimit> rest, units, others;
+};
+
+Limits limits_of(const std::string& head) {
+  if (head == "ict") {
+    return {{{"folded skin", 1.7, 1.0}, {"skin in eyeball", 0.42, 1.0}},
+            {{"folded skin", 2.1, 0.16}, {"skin in eyeball", 0.66, 0.04}},
+            {{"folded skin", 4.0, 0.57},
+             {"skin in eyeball", 1.1, 0.17},
+             {"skin in teeth", 0.5, 0.004},
+             {"tongue in lip", 0.65, 0.002},
+             {"tongue in teeth", 0.35, 0.002},
+             {"upper lip in lower lip", 0.22, 0.001}}};
+  }
+  return {{{"skin in teeth", 1.9, 1.0}},
+          {{"folded skin", 2.8, 0.10}, {"skin in eyeball", 0.92, 0.05}, {"skin in teeth", 2.8, 0.25}},
+          {{"folded skin", 6.6, 0.38},
+           {"skin in eyeball", 0.92, 0.22},
+           {"skin in teeth", 4.0, 0.60},
+           {"tongue in lip", 8.1, 0.006},
+           {"tongue in teeth", 1.8, 0.003},
+           {"upper lip in lower lip", 0.85, 0.003}}};
+}
+
+// NMS_REPORT=1 prints the worst of each kind. What is not named shows nowhere: shut eyes are shut, no lower lip is in
+// the upper one.
 TEST_P(OutsideHead, ShowsFewArtefacts) {
+  NMS_TOO_SLOW_HERE();
   const Head head = read_head(GetParam().first, GetParam().second);
+  const program::Program& p = head.image->program();
   test::Inspector inspector(head.face, head.rig, head.landmarks, {.lining = false});
-  test::ArtefactTally rest, units, pairs, mixtures;
+  test::ArtefactTally rest, units, others;
   rest.add(inspector.at_rest(), "rest");
-  for (const auto& pose : fit_face::each_unit(head.image->program(), head.rig))
-    units.add(inspector.look(pose.values), pose.what);
-  for (const auto& pose : fit_face::each_pair(head.image->program(), head.rig))
-    pairs.add(inspector.look(pose.values), pose.what);
-  for (const auto& pose : fit_face::mixtures(head.image->program(), 7, 1000))
-    mixtures.add(inspector.look(pose.values), pose.what);
-  const std::size_t most = std::getenv("NMS_REPORT") != nullptr ? 6000 : 4;
-  ADD_FAILURE() << "\nREST\n"
-                << rest.text(most) << "UNITS\n"
-                << units.text(most) << "PAIRS\n"
-                << pairs.text(most) << "MIXTURES\n"
-                << mixtures.text(most);
+  for (const auto& pose : fit_face::each_unit(p, head.rig)) units.add(inspector.look(pose.values), pose.what);
+  for (const auto& pose : fit_face::each_pair(p, head.rig)) others.add(inspector.look(pose.values), pose.what);
+  for (const auto& pose : fit_face::mixtures(p, 7, 1000)) others.add(inspector.look(pose.values), pose.what);
+  if (std::getenv("NMS_REPORT") != nullptr) {
+    constexpr std::size_t kMost = 40;
+    fmt::print("{}, {} vertices\nat rest\n{}units\n{}pairs and mixtures\n{}", GetParam().first, head.rest.size(),
+               rest.text(kMost), units.text(kMost), others.text(kMost));
+  }
+  const Limits limits = limits_of(GetParam().first);
+  EXPECT_EQ(rest.past(limits.rest), "");
+  EXPECT_EQ(units.past(limits.units), "");
+  EXPECT_EQ(others.past(limits.others), "");
 }
 
 INSTANTIATE_TEST_SUITE_P(Heads, OutsideHead,

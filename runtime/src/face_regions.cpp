@@ -27,8 +27,10 @@ constexpr double kLipCorner = 0.0035;  // [m]
 constexpr double kLidCorner = 0.0009;  // [m]
 // The same away from the corner, as a share of the distance: beyond the eye skin is hardly either's.
 constexpr double kLidCornerWidens = 0.35;
-// Beyond the border of the lips' red, skin follows less and less to nothing.
-constexpr double kPerioral = 0.010;  // [m]
+// Beyond the border of the lips' red, skin follows less and less to nothing; below the lower lip as far as the chin's
+// boss, or the lip would roll over it as the jaw opens.
+constexpr double kPerioral = 0.010;       // [m]
+constexpr double kPerioralBelow = 0.020;  // [m]
 // Inside it all follows as far as the lips are thick, then less and less.
 constexpr double kLipInside = 0.012;   // [m]
 constexpr double kLipDeepest = 0.026;  // [m]
@@ -228,8 +230,9 @@ class RegionMaker {
         towards_lower += middle_y + s * s * (corner_y - middle_y) - places_[v].y;
       }
       const double lower_share = smooth_rise(-length(kLipCorner), length(kLipCorner), towards_lower);
-      const double keep = within[v] ? smooth_fall((near - length(kLipInside)) / length(kLipDeepest - kLipInside))
-                                    : smooth_fall(near / length(kPerioral));
+      const double keep = within[v]
+                              ? smooth_fall((near - length(kLipInside)) / length(kLipDeepest - kLipInside))
+                              : smooth_fall(near / length(kPerioral + lower_share * (kPerioralBelow - kPerioral)));
       lip_upper[v] = (1.0 - lower_share) * keep;
       lip_lower[v] = lower_share * keep;
       if (within[v]) lining[v] = smooth_rise(length(kLiningFrom), length(kLiningAll), near);
