@@ -225,6 +225,30 @@ TEST(Ada, EveryUnitIsSoundAndMirrors) {
   }
 }
 
+// A bulge pushes as the skin about it faces; with many vertices that is worked out from a few.
+TEST(Ada, BulgesPushAlikeHoweverDenseTheSurfaceIs) {
+  const auto dense = runtime::read_face_x3d(embedded("faces/ada.x3d"), "ada.x3d", {2.0, 400'000});
+  ASSERT_TRUE(dense);
+  const auto rig = runtime::bind(*dense, all_units().image.program());
+  ASSERT_TRUE(rig) << rig.error().cause;
+  for (const char* unit : {"AU33", "AU34", "AU35"}) {
+    const std::vector<float> values = values_of(all_units(), {unit});
+    runtime::Pose pose = runtime::make_pose(face(), all_units().rig);
+    runtime::Pose dense_pose = runtime::make_pose(*dense, *rig);
+    runtime::pose_face(face(), all_units().rig, values, pose);
+    runtime::pose_face(*dense, *rig, values, dense_pose);
+    ASSERT_EQ(pose.points.size(), dense_pose.points.size());
+    double most_m = 0.0;
+    double apart_m = 0.0;
+    for (std::size_t i = 0; i < pose.points.size(); ++i) {
+      most_m = std::max(most_m, glm::distance(pose.points[i], face().skin.points[i]));
+      apart_m = std::max(apart_m, glm::distance(pose.points[i], dense_pose.points[i]));
+    }
+    EXPECT_GT(most_m, 0.004) << unit;
+    EXPECT_LT(apart_m, 0.0003) << unit;
+  }
+}
+
 TEST(Ada, MixturesAreSoundAndMirror) {
   const Bound& b = all_units();
   runtime::Pose pose = runtime::make_pose(face(), b.rig);

@@ -3,7 +3,10 @@
 // the mouth would turn inside out. A bulge that leaves the lining out is no push from within but a swelling: along each
 // normal.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <map>
 #include <span>
 #include <vector>
 
@@ -22,6 +25,31 @@ constexpr const char* kLiningRegion = "lining";
 constexpr double kReach = 0.25;
 // Where there is none, twice as far is looked for, so often.
 constexpr int kWidenings = 3;
+
+// More skin about a bulge than this is taken together in cubes, so many to a reach: a head of 200,000 vertices would
+// otherwise be looked at vertex by vertex for each of its own. On ada, who has less, the cubes change the furthest
+// target by 0.14 mm of 11.6 mm.
+constexpr std::size_t kManyVertices = 12'000;
+constexpr double kCubesToReach = 5.0;
+
+// The skin of each cube as one piece, in the middle of its vertices. The order is that of the cubes.
+std::vector<RigParts::SkinNormal> in_cubes(std::span<const RigParts::SkinNormal> skin, double edge) {
+  struct Cube {
+    RigParts::SkinNormal sum;
+    double vertices = 0.0;
+  };
+  std::map<std::array<double, 3>, Cube> cubes;
+  for (const RigParts::SkinNormal& n : skin) {
+    Cube& cube = cubes[{std::floor(n.place.x / edge), std::floor(n.place.y / edge), std::floor(n.place.z / edge)}];
+    cube.sum.place += n.place;
+    cube.sum.area += n.area;
+    cube.vertices += 1.0;
+  }
+  std::vector<RigParts::SkinNormal> pieces;
+  pieces.reserve(cubes.size());
+  for (const auto& [at, cube] : cubes) pieces.push_back({cube.sum.place / cube.vertices, cube.sum.area, false});
+  return pieces;
+}
 
 // Which way the skin within `reach` of p faces, the nearer the more. `skin` ascends in x.
 glm::dvec3 faces_about(std::span<const RigParts::SkinNormal> skin, const glm::dvec3& p, double reach) {
@@ -78,6 +106,7 @@ std::vector<glm::dvec3> RigParts::bulge_directions(const program::Muscle& muscle
     const glm::dvec3 from = n.place - places.attachment;
     if (dot(from, from) < widest * widest) near.push_back(n);
   }
+  if (near.size() > kManyVertices && minor > 0.0) near = in_cubes(near, kReach * minor / kCubesToReach);
   std::stable_sort(near.begin(), near.end(),
                    [](const SkinNormal& a, const SkinNormal& b) { return a.place.x < b.place.x; });
   for (std::size_t i = 0; i < directions.size(); ++i) {
