@@ -25,6 +25,25 @@ diff -r one two || { echo "wrong: the same lexicons give other bytes"; exit 1; }
 python3 "$root/tests/site/check_pages.py" one small/ask small/smile small/nod_twice small/looks_ahead other/puff
 grep -q "puff, from elsewhere" one/other/puff.html || { echo "wrong: a test of another file is missing"; exit 1; }
 
+# Entries that are gone take their pages with them; nothing else goes, whatever the list says.
+mkdir two/mine outside
+echo mine >two/mine/notes.html
+echo mine >two/notes.html
+echo mine >outside/page.html
+ln -s ../outside two/link
+echo mine >two/own.md
+printf '%s\n' ../outside/page.html link/page.html /etc/hostname mine "$dir/outside/page.html" own.md two/../notes.html >>two/written.txt
+"$nmsc" doc --lexicon small.nms --viewer viewer -o two 2>log || { cat log; exit 1; }
+grep -q "; 4 files of entries that are gone removed" log || { echo "wrong: what is gone is not told"; cat log; exit 1; }
+[[ ! -e two/other ]] || { echo "wrong: pages of a lexicon that is gone are there"; exit 1; }
+for kept in two/small/ask.html two/mine/notes.html two/notes.html two/own.md outside/page.html two/link/page.html; do
+  [[ -f $kept ]] || { echo "wrong: $kept is gone"; exit 1; }
+done
+"$nmsc" doc --lexicon small.nms --viewer viewer -o three 2>log || { cat log; exit 1; }
+rm -r two/mine two/link two/notes.html two/own.md
+diff -r two three || { echo "wrong: a folder used again differs from a new one"; exit 1; }
+rm -r three
+
 # The library's words, and what cannot be done.
 fails() {
   local status=0

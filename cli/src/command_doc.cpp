@@ -2,9 +2,12 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -43,6 +46,17 @@ constexpr int kKeyRays = 4;
 constexpr const char* kViewer = "viewer.js";
 constexpr const char* kViewerLicence = "viewer.LICENSE.txt";
 
+/// Beside the index: what the command wrote there, a path a line.
+constexpr const char* kWritten = "written.txt";
+
+/// Whether a line of that list can be a file of ours: in the folder or in one folder of it.
+bool can_be_ours(const fs::path& file) {
+  static const std::set<fs::path> kOurs{".css", ".html", ".js", ".png", ".svg", ".txt"};
+  if (!file.is_relative() || file.lexically_normal() != file || !kOurs.contains(file.extension())) return false;
+  const auto parts = std::distance(file.begin(), file.end());
+  return (parts == 1 || parts == 2) && *file.begin() != "..";
+}
+
 /// Files into one folder; after the first that cannot be written the others are left alone.
 class Writer {
  public:
@@ -56,7 +70,10 @@ class Writer {
     const auto failure = error ? std::optional(program::Failure{"cannot_write", path.parent_path().string(),
                                                                 error.message(), "give another folder"})
                                : write_file(path.string(), bytes);
-    if (!failure) return;
+    if (!failure) {
+      written_.insert(name.generic_string());
+      return;
+    }
     add_failure(diagnostics_, *failure);
     failed_ = true;
   }
@@ -65,9 +82,34 @@ class Writer {
   }
   [[nodiscard]] bool failed() const { return failed_; }
 
+  /// Removes what the list of before names and was not written again: pages of entries that are gone. Whatever else
+  /// lies in the folder stays, as does what is no plain file or lies behind a link. Then writes the list of now.
+  std::size_t remove_the_rest() {
+    const auto before = read_file((folder_ / kWritten).string());
+    std::string now;
+    for (const std::string& file : written_) now += file + '\n';
+    write(kWritten, now);
+    if (failed_ || !before) return 0;
+    std::size_t removed = 0;
+    std::istringstream lines(*before);
+    for (std::string line; std::getline(lines, line);) {
+      const fs::path file = line;
+      if (!can_be_ours(file) || written_.contains(line)) continue;
+      std::error_code ignored;
+      const fs::path above = folder_ / file.parent_path();
+      if (file.has_parent_path() && fs::is_symlink(fs::symlink_status(above, ignored))) continue;
+      if (!fs::is_regular_file(fs::symlink_status(folder_ / file, ignored))) continue;
+      removed += fs::remove(folder_ / file, ignored) ? 1U : 0U;
+      // Only an empty folder goes.
+      if (file.has_parent_path()) fs::remove(above, ignored);
+    }
+    return removed;
+  }
+
  private:
   fs::path folder_;
   lang::Diagnostics& diagnostics_;
+  std::set<std::string> written_;
   bool failed_ = false;
 };
 
@@ -246,8 +288,10 @@ void run(const GlobalOptions& global, const DocOptions& options, SourceFiles& so
   // What leads to all of it comes last.
   if (diagnostics.error_count() != 0) return;
   writer.write("index.html", index_page(lexicons, options.face));
-  if (!writer.failed())
-    fmt::print(stderr, "{}: {} entries on {}; open index.html\n", options.output, count, options.face);
+  const std::size_t removed = writer.remove_the_rest();
+  if (writer.failed()) return;
+  fmt::print(stderr, "{}: {} entries on {}; open index.html{}\n", options.output, count, options.face,
+             removed == 0 ? std::string() : fmt::format("; {} files of entries that are gone removed", removed));
 }
 
 }  // namespace
