@@ -27,13 +27,13 @@ constexpr double kLipCorner = 0.0035;  // [m]
 constexpr double kLidCorner = 0.0009;  // [m]
 // The same away from the corner, as a share of the distance: beyond the eye skin is hardly either's.
 constexpr double kLidCornerWidens = 0.35;
-// Beyond the border of the lips' red, skin follows less and less to nothing; below the lower lip as far as the chin's
-// boss, or the lip would roll over it as the jaw opens.
+// Beyond the border of the lips' red, skin follows less and less to nothing; as the jaw opens, below the lower lip as
+// far as the chin's boss, or the lip would roll over it.
 constexpr double kPerioral = 0.010;       // [m]
-constexpr double kPerioralBelow = 0.020;  // [m]
+constexpr double kPerioralOfJaw = 0.020;  // [m]
 // Inside it all follows as far as the lips are thick, then less and less.
-constexpr double kLipInside = 0.012;   // [m]
-constexpr double kLipDeepest = 0.026;  // [m]
+constexpr double kLipInside = 0.016;   // [m]
+constexpr double kLipDeepest = 0.032;  // [m]
 // Where the lips' red ends and the lining begins.
 constexpr double kLiningFrom = 0.010;  // [m]
 constexpr double kLiningAll = 0.016;   // [m]
@@ -230,9 +230,8 @@ class RegionMaker {
         towards_lower += middle_y + s * s * (corner_y - middle_y) - places_[v].y;
       }
       const double lower_share = smooth_rise(-length(kLipCorner), length(kLipCorner), towards_lower);
-      const double keep = within[v]
-                              ? smooth_fall((near - length(kLipInside)) / length(kLipDeepest - kLipInside))
-                              : smooth_fall(near / length(kPerioral + lower_share * (kPerioralBelow - kPerioral)));
+      const double keep = within[v] ? smooth_fall((near - length(kLipInside)) / length(kLipDeepest - kLipInside))
+                                    : smooth_fall(near / length(kPerioral));
       lip_upper[v] = (1.0 - lower_share) * keep;
       lip_lower[v] = lower_share * keep;
       if (within[v]) lining[v] = smooth_rise(length(kLiningFrom), length(kLiningAll), near);
@@ -243,7 +242,8 @@ class RegionMaker {
       double jaw = kJawOfUpperLip + (kJawOfLowerLip - kJawOfUpperLip) * opened;
       if (within[v]) jaw += (jaw_of_inside(v) - jaw) * smooth_rise(length(kLipInside), length(kLipDeepest), near);
       double& share = (*jaw_)[v];
-      share += (jaw - share) * (within[v] ? 1.0 : keep);
+      const double reach = length(kPerioral + lower_share * (kPerioralOfJaw - kPerioral));
+      share += (jaw - share) * (within[v] ? 1.0 : smooth_fall(near / reach));
     }
     put("lip_upper", lip_upper);
     put("lip_lower", lip_lower);
