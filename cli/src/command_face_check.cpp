@@ -164,13 +164,80 @@ std::vector<Lack> missing_parts(const runtime::Face& face, const program::Progra
   return lacks;
 }
 
-/// Places that are there and look wrong: off the skin, or on one side far from where the other says.
+/// Places of every face from above down, by twos: each chain's next stands lower. Those of a side on both.
+constexpr const char* kDownwards[][2] = {{"forehead_mid", "glabella"},
+                                         {"glabella", "nasion"},
+                                         {"nasion", "nose_tip"},
+                                         {"nose_tip", "lip_upper_mid"},
+                                         {"subnasale", "lip_upper_mid"},
+                                         {"lip_upper_mid", "stomion"},
+                                         {"stomion", "lip_lower_mid"},
+                                         {"lip_lower_mid", "mentolabial"},
+                                         {"mentolabial", "pogonion"},
+                                         {"pogonion", "menton"},
+                                         {"brow_mid", "lid_upper_mid"},
+                                         {"lid_upper_mid", "lid_lower_mid"},
+                                         {"lid_lower_mid", "infraorbital"},
+                                         {"infraorbital", "mouth_corner"},
+                                         {"mouth_corner", "jaw_body"}};
+/// And from the midline out.
+constexpr const char* kOutwards[][2] = {{"brow_inner", "brow_mid"},
+                                        {"brow_mid", "brow_outer"},
+                                        {"eye_inner", "eye_outer"},
+                                        {"lip_upper_lateral", "mouth_corner"},
+                                        {"lip_lower_lateral", "mouth_corner"},
+                                        {"mouth_corner", "jaw_hinge"}};
+
+/// Left and right taken for one another: one doubt if most are.
+void doubt_sides(const runtime::Landmarks& landmarks, std::vector<Doubt>& doubts) {
+  std::vector<Doubt> wrong;
+  std::size_t sided = 0;
+  for (const auto& [name, p] : landmarks) {
+    const char side = side_of(name);
+    if (side == ' ') continue;
+    ++sided;
+    if (side == 'L' ? p.x >= 0.0 : p.x <= 0.0) continue;
+    wrong.push_back(
+        {name, fmt::format("it stands on the {}; the left is the subject's own, +x", side == 'L' ? "right" : "left")});
+  }
+  if (2 * wrong.size() > sided) {
+    doubts.push_back({"left and right",
+                      fmt::format("{} of {} landmarks stand on the other side; the left is the subject's own, and its "
+                                  "vertex is given first",
+                                  wrong.size(), sided)});
+    return;
+  }
+  doubts.insert(doubts.end(), wrong.begin(), wrong.end());
+}
+
+/// Places that are not in the order in which every face has them.
+void doubt_order(const runtime::Landmarks& landmarks, std::vector<Doubt>& doubts) {
+  const auto each = [&](const auto& pairs, const auto& in_order, const char* how) {
+    for (const auto& [first, second] : pairs) {
+      for (const char* side : {"", "_L", "_R"}) {
+        const auto a = landmarks.find(std::string(first) + side);
+        const auto b = landmarks.find(std::string(second) + side);
+        if (a == landmarks.end() || b == landmarks.end() || in_order(a->second, b->second)) continue;
+        doubts.push_back({b->first, fmt::format("it stands {} {}", how, a->first)});
+      }
+    }
+  };
+  each(
+      kDownwards, [](const glm::dvec3& a, const glm::dvec3& b) { return a.y > b.y; }, "above");
+  each(
+      kOutwards, [](const glm::dvec3& a, const glm::dvec3& b) { return std::abs(a.x) < std::abs(b.x); },
+      "nearer to the midline than");
+}
+
+/// Places that are there and look wrong: off the skin, out of order, or on one side far from where the other says.
 std::vector<Doubt> doubts_of(const runtime::Face& face, const runtime::Landmarks& landmarks) {
   static const std::set<std::string> kInside = {"eye_centre", "head_pivot",        "torso_pivot", "jaw_hinge",
                                                 "stomion",    "buccinator_origin", "neck_side",   "platysma_clavicle",
                                                 "jaw_angle",  "masseter",          "nostril"};
   const runtime::FaceScale scale = runtime::face_scale(landmarks);
   std::vector<Doubt> doubts;
+  doubt_sides(landmarks, doubts);
+  doubt_order(landmarks, doubts);
   for (const auto& [name, p] : landmarks) {
     const char side = side_of(name);
     if (side == 'L') {

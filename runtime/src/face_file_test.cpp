@@ -137,7 +137,10 @@ TEST(PolygonFace, PartsAreTakenByNameAndByVertices) {
   form.bounded = true;
   form.low = glm::dvec3(5.0);
   form.high = glm::dvec3(6.0);
-  EXPECT_EQ(kind(text, "x.obj", form), "face_no_part");
+  const auto elsewhere = read_face(text, "x.obj", form);
+  ASSERT_FALSE(elsewhere);
+  EXPECT_EQ(elsewhere.error().kind, "face_no_part");
+  EXPECT_NE(elsewhere.error().cause.find("it lies from ("), std::string::npos) << elsewhere.error().cause;
 }
 
 // Lashes get the weights of the skin that they stand on, and are vertices of the skin themselves.

@@ -144,7 +144,13 @@ class PolygonFace {
         }
         const Triangle u{one(t[0]), one(t[1]), one(t[2])};
         if (u[0] == u[1] || u[1] == u[2] || u[0] == u[2]) continue;
-        if (deforms(kind) && !within(u)) continue;
+        if (deforms(kind) && !within(u)) {
+          for (const std::uint32_t v : u) {
+            outside_low_ = glm::min(outside_low_, places_[v]);
+            outside_high_ = glm::max(outside_high_, places_[v]);
+          }
+          continue;
+        }
         std::vector<Chosen>& pieces = chosen_[kind];
         if (pieces.empty() || pieces.back().piece != &piece) pieces.push_back({&piece, {}});
         pieces.back().triangles.push_back(u);
@@ -159,8 +165,15 @@ class PolygonFace {
                      fmt::format("its names are: {}", known_names())};
     }
     if (chosen_[FacePartKind::skin].empty()) {
-      return Failure{"face_no_part", std::string(name_), "no skin is left",
-                     "say which part is the skin, and take `within` wide enough; its unit counts"};
+      if (outside_low_.x <= outside_high_.x) {
+        const glm::dvec3 a = 1e3 * outside_low_, b = 1e3 * outside_high_;
+        return Failure{"face_no_part", std::string(name_),
+                       fmt::format("no skin is left: it lies from ({:.0f}mm, {:.0f}mm, {:.0f}mm) to ({:.0f}mm, "
+                                   "{:.0f}mm, {:.0f}mm), not in `within`",
+                                   a.x, a.y, a.z, b.x, b.y, b.z),
+                       "see that `unit`, `up`, `forward` and `origin` fit the file: a head is some 230mm high"};
+      }
+      return Failure{"face_no_part", std::string(name_), "no skin is left", "say which part is the skin"};
     }
     return std::nullopt;
   }
@@ -372,6 +385,8 @@ class PolygonFace {
   std::vector<std::uint32_t> point_;  // of the skin, by vertex of the file
   std::map<FacePartKind, std::vector<Chosen>> chosen_;
   bool painted_by_file_ = false;  // the file gives the skin a colour of its own
+  glm::dvec3 outside_low_{1e9};   // skin that is not in `within` [m]
+  glm::dvec3 outside_high_{-1e9};
   Face face_;
 };
 
