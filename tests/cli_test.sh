@@ -504,6 +504,11 @@ holds "build --quantize makes it much smaller" test "$(stat -c %s small.glb)" -l
 expect 1 "build --max-error without a unit" "$nmsc" build good.nms --clip smile --max-error 0.1 -o exact2.glb
 says "build --max-error without a unit" "bad_length"
 
+# ---- What a face can show: axes' units have their own names
+expect 0 "face report" "$nmsc" face report ada
+holds "face report names the units of axes" grep -q "^AU51 .* Head Turn Left$" out
+holds "face report names the other end too" grep -q "^AU112 .* Tongue Right$" out
+
 # ---- A person's own face
 printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' >scan.obj
 printf '{"nasion": [0, 1, 2]}' >marks.json

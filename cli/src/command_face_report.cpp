@@ -15,6 +15,7 @@
 #include "loading.h"
 #include "report.h"
 #include "tiers.h"
+#include "unit_titles.h"
 
 namespace nms::cli {
 namespace {
@@ -93,7 +94,8 @@ bool add_units(const GlobalOptions& global, const FaceReportOptions& options, So
   if (!bound) return false;
   report.face = program.string(program.faces[0].name);
   FaceVertices vertices(bound->face, bound->rig);
-  report.units = channel_movements(program, bound->rig, vertices, runtime::landmarks_of(bound->face, program));
+  report.units = channel_movements(program, bound->rig, vertices, runtime::landmarks_of(bound->face, program),
+                                   unit_titles(sources));
   for (std::uint32_t c = 0; c < program.channels.size(); ++c)
     if (!bound->rig.actuated(program::ChannelId{c}))
       report.unshown.emplace_back(program.string(program.channels[c].name));

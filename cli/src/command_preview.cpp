@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -24,6 +26,7 @@
 #include "report.h"
 #include "tiers.h"
 #include "times.h"
+#include "unit_titles.h"
 
 namespace nms::cli {
 namespace {
@@ -131,8 +134,14 @@ std::optional<std::size_t> channel_named(const program::Program& program, std::s
 /// Every action unit that the face can show at 100 %.
 class UnitChart {
  public:
-  UnitChart(const program::Program& program, const runtime::Face& face, const runtime::Rig& rig)
-      : program_(program), face_(face), rig_(rig), shows_tongue_(channel_named(program, "AU19")) {}
+  /// @param titles  of axes' units
+  UnitChart(const program::Program& program, const runtime::Face& face, const runtime::Rig& rig,
+            std::map<std::string, std::string> titles)
+      : program_(program),
+        face_(face),
+        rig_(rig),
+        titles_(std::move(titles)),
+        shows_tongue_(channel_named(program, "AU19")) {}
 
   std::vector<Moment> moments() {
     const std::size_t count = program_.channels.size();
@@ -150,8 +159,10 @@ class UnitChart {
     m.values[c] = 1.0F;
     if (channel.kind == program::ChannelKind::axis) {
       m.caption = program_.string(channel.positive);
+      m.detail = titles_[m.caption];
       add(c, m);
       m.caption = program_.string(channel.negative);
+      m.detail = titles_[m.caption];
       m.values[c] = -1.0F;
     } else if (channel.side == program::Side::left) {
       add_other_side(c, m);
@@ -193,6 +204,7 @@ class UnitChart {
   const program::Program& program_;
   const runtime::Face& face_;
   const runtime::Rig& rig_;
+  std::map<std::string, std::string> titles_;
   std::optional<std::size_t> shows_tongue_;
   std::optional<int> both_;  ///< the unit whose sides were shown together last
   std::vector<Moment> moments_;
@@ -246,8 +258,8 @@ void run(const GlobalOptions& global, const PreviewOptions& options, SourceFiles
   const auto rig = bind_face(*face, program, diagnostics);
   if (!rig) return;
   if (clip != nullptr) warn_not_actuated(program, *rig, {clip}, options.face, diagnostics);
-  const std::vector<Moment> moments =
-      clip != nullptr ? moments_of(program, *clip, *times) : UnitChart(program, *face, *rig).moments();
+  const std::vector<Moment> moments = clip != nullptr ? moments_of(program, *clip, *times)
+                                                      : UnitChart(program, *face, *rig, unit_titles(sources)).moments();
   if (moments.size() * views->size() > kMaxTiles) {
     add_failure(diagnostics, {"too_many_pictures", "--at", fmt::format("that is more than {} pictures", kMaxTiles),
                               "ask for fewer times or views"});

@@ -101,7 +101,8 @@ void FaceVertices::at(std::span<const float> values, std::span<glm::vec3> out) {
 }
 
 std::vector<ChannelMovement> channel_movements(const program::Program& program, const runtime::Rig& rig,
-                                               FaceVertices& vertices, const runtime::Landmarks& landmarks) {
+                                               FaceVertices& vertices, const runtime::Landmarks& landmarks,
+                                               const std::map<std::string, std::string>& titles) {
   std::vector<float> values(program.channels.size(), 0.0F);
   std::vector<glm::vec3> rest(vertices.size());
   std::vector<glm::vec3> moved(vertices.size());
@@ -113,7 +114,10 @@ std::vector<ChannelMovement> channel_movements(const program::Program& program, 
     values[end.channel] = 0.0F;
     ChannelMovement m;
     m.unit = program.string(end.name);
-    m.title = program.string(program.channels[end.channel].title);
+    const auto title = titles.find(m.unit);
+    m.title = program.channels[end.channel].kind == program::ChannelKind::axis && title != titles.end()
+                  ? title->second
+                  : std::string(program.string(program.channels[end.channel].title));
     std::size_t at = 0;
     for (std::size_t v = 0; v < rest.size(); ++v) {
       const double d = distance(rest[v], moved[v]);

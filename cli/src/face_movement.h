@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -43,9 +44,11 @@ class FaceVertices {
 };
 
 /// A line for each unit that the face can show, axes' units one by one, in the program's order.
+/// @param titles  of axes' units (unit_titles.h)
 [[nodiscard]] std::vector<ChannelMovement> channel_movements(const program::Program& program, const runtime::Rig& rig,
                                                              FaceVertices& vertices,
-                                                             const runtime::Landmarks& landmarks);
+                                                             const runtime::Landmarks& landmarks,
+                                                             const std::map<std::string, std::string>& titles);
 
 /// Two clips that look the same.
 struct Lookalikes {

@@ -120,4 +120,11 @@ std::shared_ptr<const lang::Source> SourceFiles::find(std::string_view name, std
   return nullptr;
 }
 
+std::vector<std::shared_ptr<const lang::Source>> SourceFiles::sources_read() const {
+  std::vector<std::shared_ptr<const lang::Source>> sources;
+  for (const auto& [path, source] : known_)
+    if (source && path.ends_with(".nms")) sources.push_back(source);
+  return sources;
+}
+
 }  // namespace nms::cli

@@ -32,6 +32,8 @@ class SourceFiles : public lang::SourceProvider {
   [[nodiscard]] std::shared_ptr<const lang::Source> stdlib(const std::string& name);
   /// Paths of all files that were read from disk so far, sorted.
   [[nodiscard]] std::vector<std::string> files_read() const { return {read_.begin(), read_.end()}; }
+  /// All .nms files that were read so far, the library's too, by their names.
+  [[nodiscard]] std::vector<std::shared_ptr<const lang::Source>> sources_read() const;
 
  private:
   [[nodiscard]] std::shared_ptr<const lang::Source> disk(const std::string& path);
