@@ -21,25 +21,16 @@ namespace {
 using namespace nms;
 using namespace nms::ada;
 
-// Nothing folds at rest and under any unit. Of pairs and mixtures few do, on each side, in triangles whose area is
-// below that of a square of these sides: AU12 + 28 (upper lip's edge, 0.96 mm) the largest; beside the nose's wing
-// under AU10 with AU12, and in the mouth's corner under AU24 with AU30, below 0.2.
-constexpr double kLeastFoldOfPairs_mm = 1.0;
-constexpr double kLeastFoldOfMixtures_mm = 0.2;
-
 void expect_none(const test::ArtefactTally& tally, const char* title) {
   EXPECT_TRUE(tally.empty()) << title << ":\n" << tally.text(std::getenv("NMS_REPORT") != nullptr ? 60 : 4);
 }
 
-test::Inspector inspector(double least_fold_mm = 0.0) {
-  return {face(),
-          all_units().rig,
-          runtime::landmarks_of(face(), all_units().image.program()),
-          {.least_fold_mm = least_fold_mm}};
+test::Inspector inspector() {
+  return {face(), all_units().rig, runtime::landmarks_of(face(), all_units().image.program())};
 }
 
-test::ArtefactTally inspect(const std::vector<fit_face::FacePose>& poses, double least_fold_mm = 0.0) {
-  test::Inspector with = inspector(least_fold_mm);
+test::ArtefactTally inspect(const std::vector<fit_face::FacePose>& poses) {
+  test::Inspector with = inspector();
   test::ArtefactTally tally;
   for (const fit_face::FacePose& pose : poses) tally.add(with.look(pose.values), pose.what);
   return tally;
@@ -68,12 +59,11 @@ TEST(AdaArtefacts, NoneUnderAnyUnit) {
 TEST(AdaArtefacts, NoneUnderAnyPair) {
   const auto poses = fit_face::each_pair(all_units().image.program(), all_units().rig);
   EXPECT_GT(poses.size(), 1000U);
-  expect_none(inspect(some_of(poses), kLeastFoldOfPairs_mm), "pairs");
+  expect_none(inspect(some_of(poses)), "pairs");
 }
 
 TEST(AdaArtefacts, NoneUnderAThousandMixtures) {
-  expect_none(inspect(some_of(fit_face::mixtures(all_units().image.program(), 7, 1000)), kLeastFoldOfMixtures_mm),
-              "mixtures");
+  expect_none(inspect(some_of(fit_face::mixtures(all_units().image.program(), 7, 1000))), "mixtures");
 }
 
 }  // namespace

@@ -19,6 +19,8 @@ namespace {
 // Room that points and vertices keep to the teeth.
 constexpr double kPointRoom = 0.0010;     // [m]
 constexpr double kVertexRoom = -0.00008;  // [m]
+// Share of the room that what is pushed out of the teeth may take.
+constexpr double kSoftShare = 0.3;
 // How far from the arch, and above or below its gums, skin at rest may be and still touch it.
 constexpr double kArchReach = 0.025;  // [m]
 constexpr double kGumReach = 0.012;   // [m]
@@ -176,6 +178,47 @@ double TeethWall::edge_at(double along) const {
   return a + (column - c) * (edge[static_cast<std::size_t>(c + 1)] - a);
 }
 
+namespace {
+
+// Seen along the arch a row of teeth is a corner: a place is `depth` behind its front and `height` above its edge.
+struct WayOut {
+  double outwards = 0.0;  // [m]
+  double off = 0.0;       // over the edge [m]
+};
+
+// Of what is nearer to a side than `rounding`, in which the corner is round: the shortest.
+WayOut shortest_way(double depth, double height, double rounding) {
+  const double a = std::max(rounding - depth, 0.0);
+  const double b = std::max(rounding - height, 0.0);
+  const double length = std::sqrt(a * a + b * b);
+  if (length >= rounding || length == 0.0) return {};
+  const double share = (rounding - length) / length;
+  return {share * a, share * b};
+}
+
+// The shortest way parts two places that are near one another where front and edge are equally far. So there is a fan
+// about the corner: what is on one rim of it goes straight outwards, on the other straight over the edge, and between
+// them to all places between.
+WayOut fanned_way(double depth, double height) {
+  constexpr double kEdgeRim = 0.45;  // of height / (height + depth)
+  constexpr double kFrontRim = 0.5;
+  const double both = depth + height;
+  const double u = std::clamp((height / both - kEdgeRim) / (kFrontRim - kEdgeRim), 0.0, 1.0);
+  const double at = u * height - (1.0 - u) * depth;  // above the corner, or behind it
+  return at >= 0.0 ? WayOut{depth, (1.0 - u) * both} : WayOut{u * both, height};
+}
+
+WayOut way_out(double depth, double height, double rounding) {
+  const double deep = std::clamp(std::min(depth, height) / rounding, 0.0, 1.0);
+  const WayOut fanned = fanned_way(depth, height);
+  if (deep >= 1.0) return fanned;
+  const WayOut shortest = shortest_way(depth, height, rounding);
+  return {shortest.outwards + deep * (fanned.outwards - shortest.outwards),
+          shortest.off + deep * (fanned.off - shortest.off)};
+}
+
+}  // namespace
+
 glm::dvec3 TeethWall::push(glm::dvec3 p, double room) const {
   if (!reaches(p.x, p.z, room)) return glm::dvec3(0.0);
   const double z = p.z - back_z;
@@ -188,14 +231,13 @@ glm::dvec3 TeethWall::push(glm::dvec3 p, double room) const {
   if (depth <= 0.0) return glm::dvec3(0.0);
   const glm::dvec3 outwards(p.x / distance, 0.0, z / distance);
   const glm::dvec3 off(0.0, upper ? -1.0 : 1.0, 0.0);
-  if (depth < rounding || height < rounding) {
-    const double a = std::max(rounding - depth, 0.0);
-    const double b = std::max(rounding - height, 0.0);
-    const double length = std::sqrt(a * a + b * b);
-    if (length >= rounding || length == 0.0) return glm::dvec3(0.0);
-    return (rounding - length) / length * (a * outwards + b * off);
-  }
-  return depth < height ? depth * outwards : height * off;
+  const WayOut way = way_out(depth, height, rounding);
+  // Not all onto one plane: of what there is room for, what was deeper stays deeper, or a lip between the rows would be
+  // flat and fold.
+  const double soft = kSoftShare * std::max(room, 0.0);
+  const double far = std::sqrt(way.outwards * way.outwards + way.off * way.off);
+  if (far <= 0.0) return glm::dvec3(0.0);
+  return far / (far + soft) * (way.outwards * outwards + way.off * off);
 }
 
 // ------------------------------------------------------------------------------------------------ binding

@@ -369,6 +369,11 @@ class Export {
     tinygltf::Animation animation;
     animation.name = clip_names_[static_cast<std::size_t>(&clip - program_.clips.data())];
     const std::vector<std::int64_t> breaks = break_times(program_, clip);
+    // Where lips and tongue touch, what is lacking may jump between two knots: every moment that targets were found for
+    // is looked at.
+    std::vector<std::int64_t> moments;
+    visit_moments(program_, clip, [&](std::int64_t t) { moments.push_back(t); });
+    if (moments.empty() || moments.back() != breaks.back()) moments.push_back(breaks.back());
     static constexpr std::array<double, 1> kTurnTolerances{kTurnTolerance};
     static constexpr std::array<double, 3> kShiftTolerances{kShiftTolerance, kShiftTolerance, kShiftTolerance};
 
@@ -377,7 +382,7 @@ class Export {
     for (const MorphedMesh& morphed : morphs_->meshes()) {
       if (morphed.node < 0) continue;
       Keys keys = fit_keys(
-          breaks, Interpolation::linear, key_tolerances(morphed, error_m(morphed)),
+          morphed.basis ? moments : breaks, Interpolation::linear, key_tolerances(morphed, error_m(morphed)),
           [&](std::int64_t t, std::span<float> out) { morphs_->weights_at(morphed, clip, t, out); },
           morphed.basis ? 3 : 5);
       if (in_steps(keys)) {

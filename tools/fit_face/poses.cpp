@@ -120,7 +120,7 @@ std::vector<FacePose> each_pair(const program::Program& program, const runtime::
   return out;
 }
 
-std::vector<FacePose> mixtures(const program::Program& program, std::uint32_t seed, int count) {
+std::vector<FacePose> mixtures(const program::Program& program, std::uint32_t seed, int count, float least) {
   std::vector<FacePose> out;
   std::mt19937 random(seed);
   for (int i = 0; i < count; ++i) {
@@ -130,7 +130,7 @@ std::vector<FacePose> mixtures(const program::Program& program, std::uint32_t se
     for (int tries = 0; tries < 40 && used.size() < wanted; ++tries) {
       const std::size_t c = random() % pose.values.size();
       const program::Channel& channel = program.channels[c];
-      const float amount = static_cast<float>(20 + random() % 81) / 100.0F;
+      const float amount = least + (1.0F - least) * static_cast<float>(random() % 81) / 80.0F;
       if (pose.values[c] != 0.0F || is_rigid(channel.au)) continue;
       const bool fits = std::all_of(used.begin(), used.end(), [&](int au) {
         return compatible(au, channel.au) && !(au == 30 && channel.au == 30);

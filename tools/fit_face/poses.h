@@ -21,7 +21,7 @@ std::vector<FacePose> each_unit(const program::Program& program, const runtime::
 /// Pairs at 100 %. Head and torso as a whole are left out: they move no skin against teeth or eyes.
 std::vector<FacePose> each_pair(const program::Program& program, const runtime::Rig& rig);
 
-/// Two to six channels at 20 to 100 %, sides apart; the same for the same seed.
-std::vector<FacePose> mixtures(const program::Program& program, std::uint32_t seed, int count);
+/// Two to six channels at `least` to 100 %, sides apart; the same for the same seed.
+std::vector<FacePose> mixtures(const program::Program& program, std::uint32_t seed, int count, float least = 0.2F);
 
 }  // namespace nms::fit_face

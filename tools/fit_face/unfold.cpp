@@ -6,8 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <set>
+#include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -24,7 +25,10 @@ namespace nms::fit_face {
 
 namespace {
 
-constexpr int kRounds = 16;
+constexpr int kRounds = 150;
+// So many rounds look at every pose, and after them one in kFullEvery; the others look at what was near then.
+constexpr int kFullRounds = 5;
+constexpr int kFullEvery = 30;
 // Least cosine between a triangle and its corners' normals; a triangle that is thinner than kThin counts for what it
 // would be at that height.
 constexpr double kLeastCosine = 0.15;
@@ -34,7 +38,8 @@ constexpr double kRounding_mm = 1e-4;
 // What lies nearer to the midline is on it: both halves share it.
 constexpr double kMiddle_mm = 1e-5;
 constexpr std::uint32_t kSeed = 11;
-constexpr int kMixtures = 2000;
+constexpr int kMixtures = 8000;
+constexpr int kFullMixtures = 3000;  // whose units are all at 100 %
 // What holds a point: its place, and that its neighbours move alike.
 constexpr double kStay = 0.05;
 constexpr double kSmooth = 0.05;
@@ -50,33 +55,52 @@ constexpr double kStep_mm = 0.15;  // furthest that one round asks of a vertex
 
 using Triangle = std::array<std::uint32_t, 3>;
 
+// What comes first: a vertex listens to the rarer kinds of poses where none of the kinds before them asks.
+enum Kind { pairs, usual_mixtures, full_mixtures, kinds };
+using Counts = std::array<std::size_t, kinds>;
+
 struct Wish {
   glm::dvec3 sum{0.0};  // of displacements, each weighted by its length [mm2]
   double weight = 0.0;  // [mm]
   int count = 0;        // of triangles in poses
+  Kind kind = kinds;
+};
+
+struct Seen {
+  FacePose pose;
+  Kind kind = pairs;
+  bool near = true;  // when all poses were looked at
 };
 
 class Unfolder {
  public:
   Unfolder(Model& model, const program::Program& program, const std::function<runtime::Face(const Model&)>& face_of)
-      : model_(model),
-        program_(program),
-        face_of_(face_of),
-        start_(model.x),
-        mesh_(runtime::tessellate(model.net, model.seams, samples(model.layout), model.x)) {
-    for (const auto& t : mesh_.triangles) {
-      for (std::size_t i = 0; i + 2 < t.size(); i += 3) triangles_.push_back({t[i], t[i + 1], t[i + 2]});
-    }
+      : model_(model), program_(program), face_of_(face_of), start_(model.x) {
     limit_lips();
   }
 
+  /// Keeps the best of all rounds that look at every pose.
   void run() {
+    Counts least{};
+    least.fill(std::numeric_limits<std::size_t>::max());
+    std::vector<glm::dvec3> best;
     for (int round = 0; round <= kRounds; ++round) {
-      look();
-      fmt::print("folds: {} in {} poses, {} triangles nearly\n", folds_, folded_poses_, near_);
-      if (near_ == 0 || round == kRounds) break;
+      const bool full = round < kFullRounds || round % kFullEvery == 0;
+      look(full);
+      if (full) {
+        fmt::print("folds: {} in units and pairs, {} in mixtures, {} at full strength; {} triangles nearly\n",
+                   folds_[pairs], folds_[usual_mixtures], folds_[full_mixtures], near_);
+        if (folds_ < least) {
+          least = folds_;
+          best = model_.x;
+          told_ = std::move(still_);
+        }
+        if (near_ == 0) break;
+      }
       move();
     }
+    model_.x = best;
+    for (const std::string& line : told_) fmt::print("{}\n", line);
   }
 
  private:
@@ -95,9 +119,31 @@ class Unfolder {
     }
   }
 
-  void look() {
+  void make_mesh() {
+    // Anew in each round: which way a cell is cut in two depends on where the points are.
+    mesh_ = runtime::tessellate(model_.net, model_.seams, samples(model_.layout), model_.x);
+    triangles_.clear();
+    for (const auto& t : mesh_.triangles) {
+      for (std::size_t i = 0; i + 2 < t.size(); i += 3) triangles_.push_back({t[i], t[i + 1], t[i + 2]});
+    }
+  }
+
+  void make_poses(const runtime::Rig& rig) {
+    const auto add = [&](std::vector<FacePose> poses, Kind kind) {
+      for (FacePose& p : poses) poses_.push_back({std::move(p), kind});
+    };
+    add(each_unit(program_, rig), pairs);
+    add(each_pair(program_, rig), pairs);
+    add(mixtures(program_, kSeed, kMixtures), usual_mixtures);
+    add(mixtures(program_, kSeed, kFullMixtures, 1.0F), full_mixtures);
+  }
+
+  void look(bool full) {
+    make_mesh();
     wishes_.assign(mesh_.vertices.size(), {});
-    folds_ = near_ = folded_poses_ = 0;
+    folds_.fill(0);
+    near_ = 0;
+    still_.clear();
     const runtime::Face face = face_of_(model_);
     auto rig = runtime::bind(face, program_);
     if (!rig) fail(rig.error().place + ": " + rig.error().cause);
@@ -106,14 +152,13 @@ class Unfolder {
       const glm::dvec3 at = model_.at(mesh_.vertices[v]) * kMillimetres / 1000.0;
       if (glm::distance(at, glm::dvec3(pose.positions[v])) > 1e-6) fail("the face's vertices are not the model's");
     }
-    std::vector<FacePose> poses = each_unit(program_, *rig);
-    for (FacePose& p : each_pair(program_, *rig)) poses.push_back(std::move(p));
-    for (FacePose& p : mixtures(program_, kSeed, kMixtures)) poses.push_back(std::move(p));
-    for (const FacePose& p : poses) {
-      runtime::pose_face(face, *rig, p.values, pose);
-      const std::size_t before = folds_;
-      for (const Triangle& t : triangles_) look_at(t, face, pose);
-      if (folds_ > before) ++folded_poses_;
+    if (poses_.empty()) make_poses(*rig);
+    for (Seen& seen : poses_) {
+      if (!full && !seen.near) continue;
+      runtime::pose_face(face, *rig, seen.pose.values, pose);
+      const std::size_t near = near_;
+      for (const Triangle& t : triangles_) look_at(t, face, pose, seen);
+      if (full) seen.near = near_ > near;
     }
   }
 
@@ -129,7 +174,7 @@ class Unfolder {
     });
   }
 
-  void look_at(const Triangle& t, const runtime::Face& face, const runtime::Pose& pose) {
+  void look_at(const Triangle& t, const runtime::Face& face, const runtime::Pose& pose, const Seen& seen_in) {
     std::array<glm::dvec3, 3> p;
     glm::dvec3 welded(0.0);
     for (std::size_t k = 0; k < 3; ++k) {
@@ -144,7 +189,12 @@ class Unfolder {
     const double size = glm::length(area);
     const double seen = glm::dot(area, welded);
     if (longest <= 0.0 || size < kRounding_mm * longest) return;
-    if (seen < 0.0) ++folds_;
+    if (seen < 0.0) {
+      ++folds_[seen_in.kind];
+      const glm::dvec3 at = model_.at(mesh_.vertices[t[0]]) * kMillimetres;
+      still_.push_back(
+          fmt::format("still folds: {} at {:.1f}, {:.1f}, {:.1f} mm", seen_in.pose.what, at.x, at.y, at.z));
+    }
     const double wanted = kLeastCosine * std::max(size, kThin_mm * longest);
     if (seen >= wanted || is_held(t, face, pose)) return;
     ++near_;
@@ -157,6 +207,9 @@ class Unfolder {
       const glm::dvec3 by = (wanted - seen) / squared * way[k];
       const double far = glm::length(by);
       Wish& wish = wishes_[t[k]];
+      if (seen_in.kind > wish.kind) continue;
+      if (seen_in.kind < wish.kind) wish = {};
+      wish.kind = seen_in.kind;
       wish.sum += far * by;
       wish.weight += far;
       ++wish.count;
@@ -241,9 +294,11 @@ class Unfolder {
   std::vector<Triangle> triangles_;
   std::vector<double> furthest_mm_;  // of each point
   std::vector<Wish> wishes_;
-  std::size_t folds_ = 0;
+  std::vector<Seen> poses_;
+  Counts folds_{};
   std::size_t near_ = 0;
-  std::size_t folded_poses_ = 0;
+  std::vector<std::string> still_;  // folded in this round
+  std::vector<std::string> told_;   // in the best one
 };
 
 }  // namespace

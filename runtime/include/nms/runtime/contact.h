@@ -29,7 +29,8 @@ struct TeethWall {
   std::vector<float> radius;            ///< kRows x kColumns              [m]
   std::array<double, kColumns> edge{};  ///< y of the teeth's edge         [m]
 
-  /// The shortest way out of the solid, grown by `room`; none outside it. Continuous but for the solid's middle.
+  /// A way out of the solid, grown by `room`; none outside it. Continuous; the shortest but for what is about as deep
+  /// behind the front as behind the edge. Of room that is above none a share is taken: what was deeper stays deeper.
   [[nodiscard]] glm::dvec3 push(glm::dvec3 p, double room) const;
 
   /// Whether push() of a point there may be other than none: it is no further out than the furthest tooth.
