@@ -371,7 +371,7 @@ void Inspector::look_for_folds() {
     if (resting_) folded_at_rest_[i] = 1;
     if (!resting_ && folded_at_rest_[i] != 0) continue;
     const double side = std::sqrt(0.5 * glm::length(glm::cross(now(t[1]) - now(t[0]), now(t[2]) - now(t[0]))));
-    if (side * 1000.0 > settings_.least_fold_mm * scale_) add("folded skin", t[0], side);
+    add("folded skin", t[0], side);
   }
 }
 

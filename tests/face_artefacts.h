@@ -72,7 +72,6 @@ class TeethRow {
 };
 
 struct InspectorSettings {
-  double least_fold_mm = 0.0;  ///< folds of triangles below this are let pass
   /// The mouth's lining deeper than the lips is held against teeth and gums too. Rows that are open behind have no
   /// inside there, and what it does is not seen.
   bool lining = true;

@@ -51,8 +51,8 @@ std::uint64_t common_hash(const program::Program& program, std::string_view surf
     if (!clip) rig += line;
     at = end;
   }
-  rig += fmt::format("{} {} {} {} {}", NMS_VERSION, options.all_targets, options.dense, options.quantize,
-                     options.max_error);
+  rig += fmt::format("{} {} {} {} {} {}", NMS_VERSION, options.all_targets, options.dense, options.quantize,
+                     options.max_error, options.max_corrections);
   return XXH3_64bits(rig.data(), rig.size()) ^ XXH3_64bits_withSeed(surface.data(), surface.size(), 1);
 }
 

@@ -33,7 +33,8 @@ struct BuildOptions {
   bool all_targets = false;
   bool dense = false;
   bool quantize = false;
-  std::string max_error;  ///< a length, or empty
+  std::string max_error;             ///< a length, or empty
+  std::size_t max_corrections = 96;  ///< targets that it may add to a mesh
   bool report = false;
 };
 int build(const GlobalOptions& global, const BuildOptions& options);

@@ -27,7 +27,7 @@ std::optional<program::Failure> error_not_held(const runtime::GltfReport& report
                         worst->normal_rad * kDegrees, runtime::kAskew_rad * kDegrees, worst->normal_time_s,
                         worst->normal_mesh, worst->normal_place);
   return program::Failure{"error_not_held", file, fmt::format("{}: {}", worst->clip, what),
-                          "ask for less, or put fewer clips in one file: each has only so many targets"};
+                          "ask for less, put fewer clips in one file, or raise --max-corrections"};
 }
 
 }  // namespace nms::cli

@@ -18,6 +18,7 @@ std::optional<runtime::GltfOptions> gltf_options(const BuildOptions& options, la
   wanted.all_targets = options.all_targets;
   wanted.dense = options.dense;
   wanted.quantize = options.quantize;
+  wanted.max_corrections = options.max_corrections;
   if (options.max_error.empty()) return wanted;
   const auto length = lang::read_quantity(options.max_error);
   if (!length || length->unit != lang::Unit::length || length->value < kLeastError_mm) {

@@ -139,6 +139,12 @@ int main(int argc, char** argv) try {
                    "Add corrective targets until no vertex is further than this from the runtime's surface (0.2mm), "
                    "and no normal by more than 3 degrees")
       ->type_name("LENGTH");
+  build_command
+      ->add_option("--max-corrections", build_options.max_corrections,
+                   "So many corrective targets a mesh at most: a smaller file, which may miss --max-error")
+      ->type_name("COUNT")
+      ->check(CLI::Range(0, 96))
+      ->capture_default_str();
   build_command->add_flag("--report", build_options.report,
                           "Measure every clip against the runtime's surface, and say where it is furthest off");
   build_command->add_flag("--dense", build_options.dense,

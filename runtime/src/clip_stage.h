@@ -45,10 +45,10 @@ class ClipStage {
   std::vector<float> posed_;  // the values of the pose; none: not known
 };
 
-/// A moment of a clip at least every 60th of a second, and wherever a curve may bend; ascending.
+/// A moment of a clip at least every 120th of a second, and wherever a curve may bend; ascending.
 template <typename Visit>
 void visit_moments(const program::Program& program, const program::Clip& clip, Visit visit) {
-  constexpr std::int64_t kStep_ns = 16'666'667;
+  constexpr std::int64_t kStep_ns = 8'333'333;
   const std::vector<std::int64_t> breaks = break_times(program, clip);
   for (std::size_t i = 0; i < breaks.size(); ++i) {
     const std::int64_t end = i + 1 < breaks.size() ? breaks[i + 1] : breaks[i] + 1;

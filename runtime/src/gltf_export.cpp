@@ -81,7 +81,7 @@ class Export {
     for (MorphedMesh& m : morphs_->meshes()) m.linear.note_reach();
     for (MorphedMesh& m : morphs_->meshes()) {
       if (options_.max_error_m <= 0.0) m.lack_turn = kPartTurn * kNormalLack;
-      if (error_m(m) > 0.0) add_residual_targets(*morphs_, stage_, m, clips_, error_m(m));
+      if (error_m(m) > 0.0) add_residual_targets(*morphs_, stage_, m, clips_, error_m(m), options_.max_corrections);
     }
     model_.asset.version = "2.0";
     model_.asset.generator = "nmsc";

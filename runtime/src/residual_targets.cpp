@@ -22,7 +22,6 @@ constexpr double kKeyShare = 0.08;
 constexpr double kCorrectionTolerance = 0.02;  // of a correction, itself below 3 mm
 // Of what the error allowed, targets may use so much; the rest is for keys.
 constexpr double kResidualShare = 0.75;
-constexpr std::size_t kMostResiduals = 96;  // of one mesh; a primitive holds 256 targets
 constexpr std::size_t kWorkingFields = 256;
 constexpr std::size_t kFieldsAtATime = 24;
 constexpr std::int64_t kApart_ns = 40'000'000;
@@ -34,8 +33,8 @@ constexpr double kUnknown = 1e9;
 class ResidualSearch {
  public:
   ResidualSearch(MorphTargets& morphs, ClipStage& stage, MorphedMesh& m, std::span<const Clip* const> clips,
-                 double bound_m)
-      : morphs_(morphs), stage_(stage), m_(m), clips_(clips) {
+                 double bound_m, std::size_t most)
+      : morphs_(morphs), stage_(stage), m_(m), clips_(clips), most_(most) {
     m.lack_m = bound_m;
     m.basis.emplace(2 * m.linear.positions.size());
   }
@@ -64,6 +63,7 @@ class ResidualSearch {
   ClipStage& stage_;
   MorphedMesh& m_;
   std::span<const Clip* const> clips_;
+  std::size_t most_;
   std::vector<Moment> moments_;  // of the clips, in their order
   std::vector<double> fitted_;
 };
@@ -88,7 +88,7 @@ void ResidualSearch::run() {
   std::vector<std::vector<glm::vec3>> working;
   while (true) {
     // Fit what is known, worst first.
-    while (m_.basis->size() < kMostResiduals) {
+    while (m_.basis->size() < most_) {
       std::size_t worst = 0;
       Largest most;
       for (std::size_t f = 0; f < working.size(); ++f) {
@@ -101,7 +101,7 @@ void ResidualSearch::run() {
       if (most.length <= 1.0) break;
       append(remaining(working[worst]), most.index);
     }
-    if (m_.basis->size() >= kMostResiduals || working.size() >= kWorkingFields) return;
+    if (m_.basis->size() >= most_ || working.size() >= kWorkingFields) return;
     // Some moments stand for those about them, and what was nearly well stays so, as a rule; all are looked at before
     // the end.
     if (!look_again(kSome, kNear) && !look_again(1, kNear) && !look_again(1, 0.0)) return;
@@ -184,8 +184,8 @@ void ResidualSearch::append(std::span<const glm::vec3> lacking, std::size_t at) 
 }  // namespace
 
 void add_residual_targets(MorphTargets& morphs, ClipStage& stage, MorphedMesh& m, std::span<const Clip* const> clips,
-                          double error_m) {
-  ResidualSearch(morphs, stage, m, clips, kResidualShare * error_m).run();
+                          double error_m, std::size_t most) {
+  ResidualSearch(morphs, stage, m, clips, kResidualShare * error_m, most).run();
 }
 
 std::vector<double> key_tolerances(const MorphedMesh& m, double error_m) {

@@ -277,8 +277,8 @@ TEST_F(FitMuscles, lids_and_hinges_and_rolling_lips_are_fitted_to_figures) {
   compile({"AU5", "AU29", "AU28"});
   change("levator_palpebrae", [](Muscle& m) { m.angle *= 1.4F; });
   change("pterygoid", [](Muscle& m) { m.slide[2] *= 0.8F; });
-  change("orbicularis_oris_suck_upper", [](Muscle& m) { m.slide[2] *= 1.3F; });
-  change("orbicularis_oris_suck_lower", [](Muscle& m) { m.slide[2] *= 1.3F; });
+  change("orbicularis_oris_suck_upper", [](Muscle& m) { m.slide[2] *= 1.6F; });
+  change("orbicularis_oris_suck_lower", [](Muscle& m) { m.slide[2] *= 1.6F; });
   const std::array figures{figures_of("AU5", "lid_upper_mid_L"), figures_of("AU29", "menton"),
                            figures_of("AU28", "stomion")};
   FitSettings settings;

@@ -25,6 +25,8 @@ struct GltfOptions {
   /// Corrective targets are added until, in every clip, no vertex of a mesh with targets is further than this from
   /// where the runtime has it, and no normal turned by more than 3 degrees. 0: only those named below.  [m]
   double max_error_m = 0.0;
+  /// Of those, one mesh has so many at most: a file that is smaller, and misses more.
+  std::size_t max_corrections = 96;
   /// Vertices in whole numbers: KHR_mesh_quantization, which a reader must know. Less than half of the size.
   bool quantize = false;
 };
