@@ -27,7 +27,7 @@ namespace {
 constexpr int kCoarse = 16;  // steps of a sweep
 constexpr int kFine = 24;    // and of the fastest of them
 // A vertex may move by so much where its unit goes from nothing to all. AU27 takes the chin 44 mm down; a lip that
-// slips from below the teeth to their front goes 10 mm in a hundredth of the way, and what jumped went 6 mm in none.
+// slips from below the teeth to their front goes 8 mm in a hundredth of the way, and what jumped went 6 mm in none.
 constexpr double kFastest_mm = 800.0;
 
 bool brings_lips_to_teeth(const std::string& unit) {

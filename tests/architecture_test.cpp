@@ -60,7 +60,8 @@ std::string included(const std::string& line, bool& quoted) {
   return end == std::string::npos ? std::string() : line.substr(at + 1, end - at - 1);
 }
 
-/// What `text`, a C++ file of `room`, includes and must not. `resolves` says whether a quoted name is a file of the room.
+/// What `text`, a C++ file of `room`, includes and must not. `resolves` says whether a quoted name is a file of the
+/// room.
 template <typename Resolves>
 std::vector<std::string> wrong_includes(const std::string& room, const std::string& text, Resolves resolves) {
   std::vector<std::string> wrong;
@@ -125,7 +126,8 @@ TEST(Architecture, EveryLinkFollowsAPermittedArrow) {
   for (const auto& [room, targets] : kArrows) {
     const fs::path file = kRoot / room / "CMakeLists.txt";
     if (!fs::exists(file)) continue;
-    for (const std::string& wrong : wrong_links(room, read(file))) ADD_FAILURE() << room << "/CMakeLists.txt: " << wrong;
+    for (const std::string& wrong : wrong_links(room, read(file)))
+      ADD_FAILURE() << room << "/CMakeLists.txt: " << wrong;
   }
 }
 
