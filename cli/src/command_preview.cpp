@@ -218,8 +218,8 @@ tl::expected<picture::Image, picture::RenderFailure> draw_sheet(const PreviewOpt
   const int threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 64U));
   runtime::Pose pose = runtime::make_pose(face, rig);
   runtime::pose_face(face, rig, std::vector<float>(rig.channel_count(), 0.0F), pose);
-  const picture::Camera base =
-      head_camera(face, rig, pose, static_cast<double>(options.width) / static_cast<double>(options.height));
+  const double aspect = static_cast<double>(options.width) / static_cast<double>(options.height);
+  const picture::Camera base = head_camera(face, rig, pose, aspect);
   std::vector<picture::Camera> cameras;
   for (const View& v : views) {
     picture::Camera camera = base;
@@ -227,11 +227,23 @@ tl::expected<picture::Image, picture::RenderFailure> draw_sheet(const PreviewOpt
     camera.pitch_rad = v.pitch_rad;
     cameras.push_back(camera);
   }
+  // A clip is seen from one distance, each unit of the chart from its own.
+  const bool chart = options.each_au;
+  if (!chart) {
+    for (const Moment& m : moments) {
+      runtime::pose_face(face, rig, m.values, pose);
+      for (picture::Camera& camera : cameras)
+        camera.height_m = std::max(camera.height_m, height_to_hold(camera, pose, aspect));
+    }
+  }
   // A row for each view, a column for each moment; many moments of one view fill rows of their own.
   std::vector<picture::Tile> tiles(moments.size() * views.size());
   for (std::size_t m = 0; m < moments.size(); ++m) {
     runtime::pose_face(face, rig, moments[m].values, pose);
-    auto images = picture::render(face_meshes(face, rig, pose), cameras, {options.width, options.height, threads});
+    std::vector<picture::Camera> from = cameras;
+    if (chart)
+      for (picture::Camera& camera : from) camera.height_m = height_to_hold(camera, pose, aspect);
+    auto images = picture::render(face_meshes(face, rig, pose), from, {options.width, options.height, threads});
     if (!images) return tl::unexpected(images.error());
     for (std::size_t v = 0; v < views.size(); ++v)
       tiles[v * moments.size() + m] = {std::move((*images)[v]), moments[m].caption, moments[m].detail};

@@ -1,6 +1,7 @@
 #include "face_meshes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -12,8 +13,9 @@
 namespace nms::cli {
 namespace {
 
-constexpr float kMargin = 1.16F;    ///< of a picture about a head at rest
-constexpr float kHeadShare = 0.6F;  ///< what moves with the head by more than this is the head
+constexpr float kMargin = 1.16F;     ///< of a picture about a head at rest
+constexpr float kLeastRoom = 0.02F;  ///< of a picture's height, beside a head that has moved
+constexpr float kHeadShare = 0.6F;   ///< what moves with the head by more than this is the head
 
 /// Light goes some way into skin, lips and tongue; not into hair and enamel.
 float translucence(std::string_view material) {
@@ -88,6 +90,20 @@ picture::Camera head_camera(const runtime::Face& face, const runtime::Rig& rig, 
   const float depth = std::max(high.x - low.x, high.z - low.z);  // the head may be seen from its side
   camera.height_m = kMargin * std::max(high.y - low.y, depth / static_cast<float>(aspect));
   return camera;
+}
+
+float height_to_hold(const picture::Camera& camera, const runtime::Pose& pose, double aspect) {
+  const glm::dvec3 target(camera.target);
+  const runtime::Placement& head = pose.placements[static_cast<std::size_t>(runtime::Frame::head)];
+  const glm::vec3 by(head.rotation * target + head.translation - target);
+  const glm::vec3 right(std::cos(camera.yaw_rad), 0.0F, -std::sin(camera.yaw_rad));
+  const glm::vec3 back(std::sin(camera.yaw_rad) * std::cos(camera.pitch_rad), std::sin(camera.pitch_rad),
+                       std::cos(camera.yaw_rad) * std::cos(camera.pitch_rad));
+  const float aside = std::abs(glm::dot(by, right)) / static_cast<float>(aspect);
+  const float up = std::abs(glm::dot(by, glm::cross(back, right)));
+  // Of the margin about a head at rest all but some room may be used up.
+  const float free = (0.5F - 0.5F / kMargin - kLeastRoom) * camera.height_m;
+  return camera.height_m + 2.0F * std::max({aside - free, up - free, 0.0F});
 }
 
 }  // namespace nms::cli

@@ -16,4 +16,8 @@ namespace nms::cli {
 [[nodiscard]] picture::Camera head_camera(const runtime::Face& face, const runtime::Rig& rig, const runtime::Pose& rest,
                                           double aspect);
 
+/// How high the picture of that camera must be to hold the head of a pose, which a lean or a shift of the torso may take
+/// far from its place at rest; no less than it is. [m]
+[[nodiscard]] float height_to_hold(const picture::Camera& camera, const runtime::Pose& pose, double aspect);
+
 }  // namespace nms::cli
