@@ -101,6 +101,16 @@ TEST(AdaExport, a_jaw_opened_twice_stays_at_its_limit) {
               report.corrections.end());
 }
 
+// Targets of the gaze would open what a blink's shut; nothing is asked for.
+TEST(AdaExport, a_blink_while_the_eyes_look_up_is_shut) {
+  const Bound b = bind_with("timeline up 1s { AU63 over 0.1s..0.9s;  AU45 at 0.4s for 200ms }");
+  const runtime::GltfReport report = report_of(b, {});
+  ASSERT_EQ(report.clips.size(), 1U);
+  EXPECT_LE(report.clips[0].largest_m, 0.0005) << report.clips[0].place << " at " << report.clips[0].time_s << " s";
+  EXPECT_TRUE(std::find(report.corrections.begin(), report.corrections.end(), "fix.lid_upper_L.shut") !=
+              report.corrections.end());
+}
+
 /// Bytes that a file takes at 10,000 vertices: straight between the counts that the face has at two densities.
 double bytes_at_ten_thousand(bool quantize) {
   const Bound b = bind_with(kBusyClip);

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <nms/program/play.h>
+#include <nms/runtime/face_file.h>
 
 namespace nms::cli {
 namespace {
@@ -16,19 +16,6 @@ constexpr std::size_t kProbesOfAll = 256;
 double distance(const glm::vec3& a, const glm::vec3& b) {
   const glm::dvec3 d = glm::dvec3(a) - glm::dvec3(b);
   return std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
-}
-
-std::string nearest(const runtime::Landmarks& landmarks, const glm::vec3& p) {
-  std::string best;
-  double least = std::numeric_limits<double>::max();
-  for (const auto& [name, place] : landmarks) {
-    const double d = distance(glm::vec3(place), p);
-    if (d < least) {
-      least = d;
-      best = name;
-    }
-  }
-  return best;
 }
 
 /// One channel at one end of its scale.
@@ -127,7 +114,7 @@ std::vector<ChannelMovement> channel_movements(const program::Program& program, 
     }
     if (m.largest_m > 0.0) {
       m.direction = (glm::dvec3(moved[at]) - glm::dvec3(rest[at])) / m.largest_m;
-      m.place = nearest(landmarks, rest[at]);
+      m.place = runtime::nearest_landmark(landmarks, rest[at]);
       std::size_t many = 0;
       for (std::size_t v = 0; v < rest.size(); ++v) many += distance(rest[v], moved[v]) > 0.2 * m.largest_m ? 1U : 0U;
       m.share = static_cast<double>(many) / static_cast<double>(rest.size());

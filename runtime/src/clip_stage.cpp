@@ -1,11 +1,14 @@
 #include "clip_stage.h"
 
+#include <nms/runtime/face_file.h>
+
 namespace nms::runtime {
 
 ClipStage::ClipStage(const Face& face_of, const Rig& rig_of, const program::Program& program_of)
     : face(face_of),
       rig(rig_of),
       program(program_of),
+      landmarks(landmarks_of(face_of, program_of)),
       pose(make_pose(face_of, rig_of)),
       values(rig_of.channel_count(), 0.0F) {}
 

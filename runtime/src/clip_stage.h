@@ -11,6 +11,7 @@
 #include <nms/program/play.h>
 #include <nms/program/program.h>
 #include <nms/runtime/face.h>
+#include <nms/runtime/face_scale.h>
 #include <nms/runtime/rig.h>
 
 #include "animation_keys.h"
@@ -36,6 +37,7 @@ class ClipStage {
   const Face& face;
   const Rig& rig;
   const program::Program& program;
+  const Landmarks landmarks;
   Pose pose;
   std::vector<float> values;  ///< one for each channel
 

@@ -1,7 +1,9 @@
 #include <nms/runtime/face_file.h>
 
-#include <array>
+#include <limits>
 #include <string>
+
+#include <glm/geometric.hpp>
 
 #include <nms/runtime/face_x3d.h>
 
@@ -62,6 +64,28 @@ tl::expected<Face, Failure> read_face(std::string_view bytes, std::string_view n
   }
   return tl::unexpected(Failure{"face_unknown_format", std::string(name), "it is none of the kinds of file read",
                                 "give .x3d, .x3dv or .wrl with NURBS surfaces, or .obj, .gltf or .glb with polygons"});
+}
+
+Landmarks landmarks_of(const Face& face, const program::Program& program) {
+  Landmarks all;
+  for (const program::Landmark& l : program.landmarks) {
+    if (l.vertex == program::kNone && l.surface == program::StringId{})
+      all[std::string(program.string(l.name))] = {l.position[0], l.position[1], l.position[2]};
+  }
+  for (const auto& [name, p] : face.landmarks) all[name] = p;
+  return all;
+}
+
+std::string nearest_landmark(const Landmarks& landmarks, const glm::dvec3& place) {
+  std::string nearest = "face";
+  double least = std::numeric_limits<double>::max();
+  for (const auto& [name, landmark] : landmarks) {
+    const double away = glm::distance(landmark, place);
+    if (away >= least) continue;
+    least = away;
+    nearest = name;
+  }
+  return nearest;
 }
 
 }  // namespace nms::runtime

@@ -492,6 +492,124 @@ TEST_F(GltfExport, AskedForAnErrorItHoldsItInPlacesAndNormals) {
   }
 }
 
+/// A clip of a file as a viewer shows it: the skin's targets added up between keys.
+class ShownSkin {
+ public:
+  explicit ShownSkin(const std::vector<std::byte>& bytes) : model_(read_model(bytes)) {
+    // The scale and the place of a quantized mesh's grid stand in the inverse bind matrices.
+    const float* bind = floats(model_, model_.skins[0].inverseBindMatrices);
+    const tinygltf::Node& head = model_.nodes[static_cast<std::size_t>(model_.skins[0].joints[0])];
+    const tinygltf::Node& torso = model_.nodes[static_cast<std::size_t>(node_named(model_, "torso"))];
+    for (int i = 0; i < 3; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      shift_[i] = bind[12 + i] + static_cast<float>(head.translation[k] + torso.translation[k]);
+    }
+    scale_ = bind[0];
+    const tinygltf::Primitive& primitive = model_.meshes[0].primitives[0];
+    rest_ = vectors(model_, primitive.attributes.at("POSITION"));
+    normals_ = vectors(model_, primitive.attributes.at("NORMAL"));
+    for (const auto& target : primitive.targets) {
+      moved_.push_back(vectors(model_, target.at("POSITION")));
+      turned_.push_back(vectors(model_, target.at("NORMAL")));
+    }
+    const int skin = node_named(model_, "skin");
+    for (const tinygltf::AnimationChannel& channel : model_.animations[0].channels)
+      if (channel.target_node == skin && channel.target_path == "weights") sampler_ = channel.sampler;
+  }
+
+  void look(double t) {
+    const tinygltf::AnimationSampler& sampler = model_.animations[0].samplers[static_cast<std::size_t>(sampler_)];
+    const float* times = floats(model_, sampler.input);
+    const std::size_t keys = accessor(model_, sampler.input).count;
+    std::size_t k = 0;
+    while (k + 2 < keys && static_cast<double>(times[k + 1]) <= t) ++k;
+    const double u =
+        std::clamp((t - static_cast<double>(times[k])) / static_cast<double>(times[k + 1] - times[k]), 0.0, 1.0);
+    positions.assign(rest_.begin(), rest_.end());
+    normals.assign(normals_.begin(), normals_.end());
+    for (std::size_t i = 0; i < moved_.size(); ++i) {
+      const double a = weight(sampler.output, k * moved_.size() + i);
+      const double w = a + u * (weight(sampler.output, (k + 1) * moved_.size() + i) - a);
+      for (std::size_t v = 0; v < positions.size(); ++v) {
+        positions[v] += w * glm::dvec3(moved_[i][v]);
+        normals[v] += w * glm::dvec3(turned_[i][v]);
+      }
+    }
+    for (glm::dvec3& p : positions) p = static_cast<double>(scale_) * p + glm::dvec3(shift_);
+    for (glm::dvec3& n : normals) n = glm::normalize(n);
+  }
+
+  std::vector<glm::dvec3> positions, normals;
+
+ private:
+  double weight(int output, std::size_t index) const {
+    const tinygltf::Accessor& a = accessor(model_, output);
+    if (a.componentType == TINYGLTF_COMPONENT_TYPE_FLOAT) return static_cast<double>(floats(model_, output)[index]);
+    EXPECT_EQ(a.componentType, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT);
+    std::uint16_t whole = 0;
+    std::memcpy(&whole, view_bytes(model_, a.bufferView) + a.byteOffset + 2 * index, sizeof whole);
+    return whole / 65535.0;
+  }
+
+  tinygltf::Model model_;
+  glm::vec3 shift_{0.0F};
+  float scale_ = 1.0F;
+  int sampler_ = 0;
+  std::vector<glm::vec3> rest_, normals_;
+  std::vector<std::vector<glm::vec3>> moved_, turned_;
+};
+
+// The report is worked out beside the file: here the file itself is held to it, between keys too.
+TEST_F(GltfExport, WhatTheReportSaysIsWhatTheFileShows) {
+  const program::Program& program = image_.program();
+  const program::Clip& clip = *program.find_clip("Default");
+  for (const double asked_m : {0.0, 0.0002}) {
+    for (const bool quantize : {false, true}) {
+      GltfOptions options = only_default();
+      options.quantize = quantize;
+      options.max_error_m = asked_m;
+      GltfReport report;
+      const auto bytes = export_glb(face_, rig_, program, options, &report);
+      ASSERT_TRUE(bytes.has_value());
+      ShownSkin shown(*bytes);
+      Pose pose = make_pose(face_, rig_);
+      std::vector<float> values(rig_.channel_count());
+      double largest_m = 0.0;
+      double turned_rad = 0.0;
+      for (int i = 0; i < 480; ++i) {
+        const std::int64_t t = 1'250'000 + std::int64_t{i} * 2'500'000;
+        if (t % 100'000'000 < 2'000'000 || t % 100'000'000 > 98'000'000) continue;  // a jump is a ramp of 1 ms
+        std::fill(values.begin(), values.end(), 0.0F);
+        program::evaluate(program, clip, clip.start_ns + t, values);
+        pose_face(face_, rig_, values, pose);
+        shown.look(static_cast<double>(t) * 1e-9);
+        for (std::size_t v = 0; v < pose.positions.size(); ++v) {
+          largest_m = std::max(largest_m, glm::distance(shown.positions[v], glm::dvec3(pose.positions[v])));
+          turned_rad =
+              std::max(turned_rad, std::acos(std::min(glm::dot(shown.normals[v], glm::dvec3(pose.normals[v])), 1.0)));
+        }
+      }
+      const GltfClipError& said = report.clips.at(0);
+      EXPECT_NEAR(largest_m, said.largest_m, 0.1 * said.largest_m + 2e-6) << asked_m << quantize;
+      EXPECT_NEAR(turned_rad, said.normal_rad, 0.1 * said.normal_rad + 0.002) << asked_m << quantize;
+      if (asked_m > 0.0) {
+        EXPECT_LE(largest_m, asked_m) << quantize;
+        EXPECT_LE(turned_rad, kAskew_rad) << quantize;
+      }
+    }
+  }
+}
+
+// Landmarks that a face's geometry tells are places too.
+TEST_F(GltfExport, PlacesAreNamedByTheFacesOwnLandmarks) {
+  for (std::size_t i = 0; i < face_.skin.points.size(); ++i)
+    face_.landmarks["of_the_face_" + std::to_string(i)] = face_.skin.points[i];
+  GltfReport report;
+  ASSERT_TRUE(export_glb(face_, rig_, image_.program(), only_default(), &report).has_value());
+  EXPECT_TRUE(report.clips.at(0).place.starts_with("of_the_face_")) << report.clips.at(0).place;
+  EXPECT_TRUE(report.clips.at(0).normal_place.starts_with("of_the_face_")) << report.clips.at(0).normal_place;
+}
+
 TEST(GltfNames, AClipIsCalledTheSameWhateverElseIsExported) {
   const Face face = test_face();
   const program::Image image = test_program(R"(

@@ -175,6 +175,9 @@ void turn_lids(const Rig& rig, std::span<const float> values, std::span<const fl
     LidState& lid = out[drive.eye];
     (drive.upper ? lid.upper : lid.lower) += drive.fraction * static_cast<double>(contractions[drive.muscle]);
   }
+  std::array<double, kEyeCount> shut_by_muscles{};
+  for (std::size_t eye = 0; eye < kEyeCount; ++eye)
+    shut_by_muscles[eye] = std::clamp(out[eye].upper + out[eye].lower, 0.0, 1.0);
   for (const RigTables::AxisDrive& drive : t.axis_drives) {
     if (drive.frame == program::Frame::eyes && drive.motion == Motion::rotate_y) {
       const double turn = drive.full_scale * static_cast<double>(values[drive.channel]);
@@ -185,8 +188,12 @@ void turn_lids(const Rig& rig, std::span<const float> values, std::span<const fl
     for (std::size_t eye = 0; eye < kEyeCount; ++eye) {
       const double shut = t.eyes[eye].closing_angle;
       if (shut <= 0.0) continue;
-      out[eye].upper += (down > 0.0 ? kUpperLidFollowsDown : kUpperLidFollowsUp) * down / shut;
-      out[eye].lower -= (down > 0.0 ? kLowerLidFollowsDown : kLowerLidFollowsUp) * down / shut;
+      const double upper = (down > 0.0 ? kUpperLidFollowsDown : kUpperLidFollowsUp) * down / shut;
+      const double lower = (down > 0.0 ? kLowerLidFollowsDown : kLowerLidFollowsUp) * -down / shut;
+      // Where the lids meet goes along with the eye, but no gaze opens what muscles hold shut.
+      const double opened = std::max(-(upper + lower), 0.0);
+      out[eye].upper += upper + shut_by_muscles[eye] * opened;
+      out[eye].lower += lower;
     }
   }
   for (const RigTables::HingeDrive& drive : t.hinge_drives) {

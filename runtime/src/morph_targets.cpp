@@ -26,7 +26,7 @@ constexpr double kLeastExcess = 0.02;  // of the whole turn
 // Between the moments that are looked at, a clip may ask for a little more.
 constexpr double kMoreBetween = 1.05;
 
-/// Not of what goes too far.
+/// Not of what goes too far, or not far enough.
 bool bends(const TurnCorrection& correction) {
   return correction.kind == TurnCorrection::Kind::lid_bend || correction.kind == TurnCorrection::Kind::jaw_bend;
 }
@@ -133,8 +133,10 @@ void MorphTargets::choose_corrections() {
   const std::vector<TurnCorrection> all{
       {TurnCorrection::Kind::lid_bend, 0, "fix.lid_upper_L.50"},
       {TurnCorrection::Kind::lid_contact, 0, "fix.lid_upper_L.contact"},
+      {TurnCorrection::Kind::lid_shut, 0, "fix.lid_upper_L.shut"},
       {TurnCorrection::Kind::lid_bend, 1, "fix.lid_upper_R.50"},
       {TurnCorrection::Kind::lid_contact, 1, "fix.lid_upper_R.contact"},
+      {TurnCorrection::Kind::lid_shut, 1, "fix.lid_upper_R.shut"},
       {TurnCorrection::Kind::jaw_bend, 0, "fix.jaw.50"},
       {TurnCorrection::Kind::jaw_limit, 0, "fix.jaw.limit"},
   };
@@ -175,8 +177,11 @@ double MorphTargets::correction_weight(const TurnCorrection& correction, const T
     squares += w * u * u;
   }
   const double turned = jaw ? now.jaw : now.lid[correction.eye];
-  const double excess = std::max(sum - turned, 0.0);
-  if (!bends(correction)) return excess / correction.whole;
+  const double excess = sum - turned;  // what targets turn too far, or not far enough
+  if (!bends(correction)) {
+    const bool short_of = correction.kind == TurnCorrection::Kind::lid_shut;
+    return std::max(short_of ? -excess : excess, 0.0) / correction.whole;
+  }
   return std::max(4.0 * (squares - excess - turned * turned), 0.0) / correction.whole;
 }
 
@@ -271,7 +276,7 @@ LinearMesh::Target MorphTargets::straight_correction(const MorphedMesh& m, const
   LinearMesh::Target straight = still_target(m);
   pose_correction(correction, 1.0);
   const bool bend = bends(correction);
-  const float end = bend ? -0.5F : -1.0F;
+  const float end = bend ? -0.5F : correction.kind == TurnCorrection::Kind::lid_shut ? 1.0F : -1.0F;
   const std::vector<glm::vec3>& positions = m.linear.positions;
   const std::vector<glm::vec3>& normals = m.linear.normals;
   for (std::size_t v = 0; v < positions.size(); ++v) {

@@ -28,9 +28,10 @@ struct MorphTarget {
 /// U a + U^2 b. What lacks is (U^2 - sum w u^2) b; and the surface half-way less half of the surface at the end is
 /// -b/4. So a target with that shape and the weight 4 (sum w u^2 - U^2) mends it to second order, whatever AUs are
 /// mixed. Where the runtime stops the lid at contact or the jaw at its limit, targets go on; a second one takes the
-/// excess back.
+/// excess back. Where lids that are shut hold against the gaze, targets fall short, and a third goes the rest of the
+/// way.
 struct TurnCorrection {
-  enum class Kind : std::uint8_t { lid_bend, lid_contact, jaw_bend, jaw_limit };
+  enum class Kind : std::uint8_t { lid_bend, lid_contact, lid_shut, jaw_bend, jaw_limit };
   Kind kind = Kind::lid_bend;
   std::size_t eye = 0;
   std::string name;

@@ -396,14 +396,4 @@ tl::expected<Face, Failure> make_polygon_face(const PolygonMesh& mesh, std::stri
   return PolygonFace(mesh, name, form).run();
 }
 
-Landmarks landmarks_of(const Face& face, const program::Program& program) {
-  Landmarks all;
-  for (const program::Landmark& l : program.landmarks) {
-    if (l.vertex == kNone && l.surface == program::StringId{})
-      all[std::string(program.string(l.name))] = {l.position[0], l.position[1], l.position[2]};
-  }
-  for (const auto& [name, p] : face.landmarks) all[name] = p;
-  return all;
-}
-
 }  // namespace nms::runtime

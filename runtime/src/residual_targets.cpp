@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "target_errors.h"
+#include <nms/runtime/face_file.h>
 
 namespace nms::runtime {
 
@@ -175,7 +175,7 @@ void ResidualSearch::append(std::span<const glm::vec3> lacking, std::size_t at) 
     field[count + v] = target.turned[v] / m_.lack_turn;
   }
   const glm::vec3& place = m_.linear.positions[at % count];
-  m_.residuals.push_back(fmt::format("fix.{}.{}", nearest_landmark(stage_.program, place), m_.residuals.size() + 1));
+  m_.residuals.push_back(fmt::format("fix.{}.{}", nearest_landmark(stage_.landmarks, place), m_.residuals.size() + 1));
   m_.basis->add(std::move(field));
   m_.linear.targets.push_back(std::move(target));
   m_.linear.note_reach();

@@ -122,6 +122,21 @@ TEST_F(RigTest, ASquintAndABlinkStopAtContact) {
   EXPECT_NEAR(pose_.lids[0].upper, 1.02 - 0.3, 1e-6);
 }
 
+// Where lids meet goes up with the eye; none opens.
+TEST_F(RigTest, NoGazeOpensAShutEye) {
+  set("AU45L", 1.0F);
+  set("gaze_pitch", 1.0F);  // up
+  pose();
+  EXPECT_NEAR(pose_.lids[0].upper + pose_.lids[0].lower, 1.0, 1e-6);
+  EXPECT_GT(pose_.lids[0].lower, 0.05);
+  EXPECT_LT(pose_.lids[1].upper, 0.0);
+  // Half shut, the gaze opens half as far.
+  const double opened = -(pose_.lids[1].upper + pose_.lids[1].lower);
+  set("AU45L", 0.5F);
+  pose();
+  EXPECT_NEAR(pose_.lids[0].upper + pose_.lids[0].lower, 0.5 - 0.5 * opened, 1e-6);
+}
+
 TEST_F(RigTest, LidsFollowTheGaze) {
   set("gaze_pitch", -1.0F);  // down
   pose();
@@ -281,7 +296,7 @@ TEST_F(RigTest, GivesTheSameBitsEverywhere) {
       }
     }
   }
-  EXPECT_EQ(hash, 1315445590117528314U);
+  EXPECT_EQ(hash, 13622112317817972475U);
 }
 
 TEST(RigBinding, NamesTheMuscleAndTheLandmarkThatIsMissing) {

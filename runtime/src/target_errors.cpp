@@ -8,6 +8,7 @@
 
 #include <glm/geometric.hpp>
 
+#include <nms/runtime/face_file.h>
 #include <nms/runtime/trigonometry.h>
 
 namespace nms::runtime {
@@ -89,19 +90,6 @@ class MeshMiss {
 
 }  // namespace
 
-std::string nearest_landmark(const program::Program& program, const glm::vec3& p) {
-  std::string name = "face";
-  float least = 1e9F;
-  for (const program::Landmark& mark : program.landmarks) {
-    const glm::vec3 d = p - glm::vec3(mark.position[0], mark.position[1], mark.position[2]);
-    const float squared = d.x * d.x + d.y * d.y + d.z * d.z;
-    if (squared >= least) continue;
-    least = squared;
-    name = program.string(mark.name);
-  }
-  return name;
-}
-
 void measure_clip(ClipStage& stage, const Clip& clip, const MorphedMesh& m, const Keys& keys, GltfClipError& error) {
   const std::size_t count = m.count();
   std::vector<float> weights(count);
@@ -131,7 +119,7 @@ void measure_clip(ClipStage& stage, const Clip& clip, const MorphedMesh& m, cons
       error.normal_rad = miss.angle;
       error.normal_time_s = time_s;
       error.normal_mesh = m.name;
-      error.normal_place = nearest_landmark(stage.program, m.linear.positions[miss.angle_at]);
+      error.normal_place = nearest_landmark(stage.landmarks, m.linear.positions[miss.angle_at]);
     }
     if (miss.askew_share > error.askew_share) {
       error.askew_share = miss.askew_share;
@@ -142,7 +130,7 @@ void measure_clip(ClipStage& stage, const Clip& clip, const MorphedMesh& m, cons
     error.largest_m = miss.place.length;
     error.time_s = time_s;
     error.mesh = m.name;
-    error.place = nearest_landmark(stage.program, m.linear.positions[miss.place.index]);
+    error.place = nearest_landmark(stage.landmarks, m.linear.positions[miss.place.index]);
   };
   visit_moments(stage.program, clip, look);
   if (moments > 0) error.askew_mean = std::max(error.askew_mean, askew / static_cast<double>(moments));

@@ -1,9 +1,5 @@
 #pragma once
 
-#include <string>
-
-#include <glm/vec3.hpp>
-
 #include <nms/program/program.h>
 #include <nms/runtime/gltf_export.h>
 
@@ -18,8 +14,5 @@ void measure_clip(ClipStage& stage, const program::Clip& clip, const MorphedMesh
 
 /// Every target of an action unit alone, at its full weight, against the runtime.
 void measure_targets(ClipStage& stage, const MorphedMesh& m, std::vector<GltfTargetError>& errors);
-
-/// The landmark nearest to a place at rest.
-[[nodiscard]] std::string nearest_landmark(const program::Program& program, const glm::vec3& p);
 
 }  // namespace nms::runtime

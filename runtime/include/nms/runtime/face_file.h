@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 
 #include <tl/expected.hpp>
@@ -30,5 +31,8 @@ namespace nms::runtime {
 
 /// All that is known of places on a face: the positions that its declaration gives, and what its geometry tells.
 [[nodiscard]] Landmarks landmarks_of(const Face& face, const program::Program& program);
+
+/// The landmark nearest to a place at rest; "face" where there is none.
+[[nodiscard]] std::string nearest_landmark(const Landmarks& landmarks, const glm::dvec3& place);
 
 }  // namespace nms::runtime

@@ -76,13 +76,12 @@ struct GltfReport {
 /// Skin: one mesh, one vertex buffer, primitives by material; joints `head` and `torso`; one morph target for each AU
 /// and side that moves it (`mesh.extras.targetNames`), an axis giving one for each of its two AUs (`AU63`, `AU64`).
 /// Lids and jaw turn, targets go straight: corrective targets (`fix.lid_upper_L.50`, `fix.lid_upper_L.contact`,
-/// `fix.jaw.50`, `fix.jaw.limit`) follow them in the list where a clip needs them, with weights of their own in every
-/// clip.
-/// Nodes: root -> torso -> head -> {jaw, eye_left, eye_right}, rigid meshes below their frame; metres, +y up, face to
-/// +z. Animations: every target's weight and every moving node's rotation and translation, LINEAR keys set where the
-/// curve bends: at most 0.2 % of an AU and 0.02 degrees off. Times start at 0; `extras.start_s` says where the clip's
-/// own clock stands there. Names are of letters, digits, `_` and `-`, each once; `extras.clip` is the clip's own. A
-/// jump becomes a ramp of 1 ms. What a clip does not speak of is at rest.
+/// `fix.lid_upper_L.shut`, `fix.jaw.50`, `fix.jaw.limit`) follow them in the list where a clip needs them, with weights
+/// of their own in every clip. Nodes: root -> torso -> head -> {jaw, eye_left, eye_right}, rigid meshes below their
+/// frame; metres, +y up, face to +z. Animations: every target's weight and every moving node's rotation and
+/// translation, LINEAR keys set where the curve bends: at most 0.2 % of an AU and 0.02 degrees off. Times start at 0;
+/// `extras.start_s` says where the clip's own clock stands there. Names are of letters, digits, `_` and `-`, each once;
+/// `extras.clip` is the clip's own. A jump becomes a ramp of 1 ms. What a clip does not speak of is at rest.
 ///
 /// With `max_error_m`, `fix.<landmark>.<number>` follow: what the others lack at the worst moments of the clips,
 /// weighed so that the sum of squares is least (matching pursuit).
