@@ -1,6 +1,9 @@
 #include "avatar_targets.h"
 
 #include <algorithm>
+#include <optional>
+#include <span>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -12,8 +15,8 @@ struct Known {
   std::string_view units;  ///< "AU12# AU13#*0.5": strongest wins
 };
 
-/// ARKit's blend shapes (Apple, ARFaceAnchor.BlendShapeLocation), then the presets of VRM 1.0.
-constexpr Known kKnown[] = {
+/// ARKit's blend shapes (Apple, ARFaceAnchor.BlendShapeLocation).
+constexpr Known kArkit[] = {
     {"browdown#", "AU4#"},
     {"browinnerup", "AU1L AU1R"},
     {"browouterup#", "AU2#"},
@@ -22,10 +25,10 @@ constexpr Known kKnown[] = {
     {"eyeblink#", "AU43# AU45# AU46# AU42#*0.8 AU41#*0.5"},
     {"eyelookdown#", "AU64"},
     {"eyelookup#", "AU63"},
-    {"eyelookoutleft", "AU61"},
-    {"eyelookinright", "AU61"},
-    {"eyelookinleft", "AU62"},
-    {"eyelookoutright", "AU62"},
+    {"eyelookoutleft", "AU61 AU65"},
+    {"eyelookinright", "AU61 AU66"},
+    {"eyelookinleft", "AU62 AU66"},
+    {"eyelookoutright", "AU62 AU65"},
     {"eyesquint#", "AU7# AU44# AU6#*0.3"},
     {"eyewide#", "AU5#"},
     {"jawforward", "AU29"},
@@ -47,6 +50,10 @@ constexpr Known kKnown[] = {
     {"mouthupperup#", "AU10# AU25*0.2"},
     {"nosesneer#", "AU9# AU11#*0.4"},
     {"tongueout", "AU19"},
+};
+
+/// The presets of VRM 1.0 that show a movement and not a feeling (VRMC_vrm-1.0, expressions).
+constexpr Known kVrm[] = {
     {"blink#", "AU43# AU45# AU46# AU42#*0.8 AU41#*0.5"},
     {"lookup", "AU63"},
     {"lookdown", "AU64"},
@@ -76,30 +83,98 @@ std::vector<UnitShare> read_units(std::string_view units, char side) {
   return out;
 }
 
-/// "au12", "au12l", "au12left": the unit by its own name, or both of its sides. "fix..." names nothing.
-std::vector<UnitShare> facs_units(std::string_view plain) {
-  if (!plain.starts_with("au")) return {};
-  std::size_t end = 2;
-  while (end < plain.size() && plain[end] >= '0' && plain[end] <= '9') ++end;
-  if (end == 2 || end > 5) return {};
-  const std::string number(plain.substr(2, end - 2));
-  const std::string_view side = plain.substr(end);
-  if (side == "l" || side == "left") return {{fmt::format("AU{}L", number), 1.0F}};
-  if (side == "r" || side == "right") return {{fmt::format("AU{}R", number), 1.0F}};
-  // A FACS name may go on in words, as in "AU12_lip_corner_puller".
-  return {
-      {fmt::format("AU{}", number), 1.0F}, {fmt::format("AU{}L", number), 1.0F}, {fmt::format("AU{}R", number), 1.0F}};
+/// The units of an entry that a name of `side` shows: of the other side none. Side 0: all.
+std::vector<UnitShare> units_on_side(std::string_view units, char side) {
+  if (units.find('#') != std::string_view::npos && side == 0) {
+    std::vector<UnitShare> both = read_units(units, 'L');
+    for (UnitShare& u : read_units(units, 'R')) both.push_back(std::move(u));
+    return both;
+  }
+  std::vector<UnitShare> out = read_units(units, side);
+  if (side != 0)
+    out.erase(std::remove_if(out.begin(), out.end(),
+                             [&](const UnitShare& u) { return u.unit.back() == (side == 'L' ? 'R' : 'L'); }),
+              out.end());
+  return out;
+}
+
+/// What `plain` says beyond `stem`: 'L', 'R', 0 for nothing; '?' if it says something else.
+char side_beyond(std::string_view plain, std::string_view stem) {
+  if (plain == stem) return 0;
+  const std::size_t at = plain.find(stem);
+  if (at == std::string_view::npos) return '?';
+  std::string_view side;
+  if (at == 0) side = plain.substr(stem.size());
+  if (at != 0 && at + stem.size() == plain.size()) side = plain.substr(0, at);
+  const bool letter = at == 0 && stem.size() > 3;  // "eyeBlinkL"; but "our" is no "ou"
+  if (side == "left" || (letter && side == "l")) return 'L';
+  if (side == "right" || (letter && side == "r")) return 'R';
+  return '?';
+}
+
+std::optional<TargetName> in_table(std::span<const Known> table, std::string_view plain, NameSet sided, NameSet whole) {
+  for (const Known& known : table) {
+    const char side = side_beyond(plain, known.name.substr(0, known.name.find('#')));
+    if (side != '?') return TargetName{side == 0 ? whole : sided, units_on_side(known.units, side)};
+  }
+  return std::nullopt;
+}
+
+char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+/// Runs of letters and runs of digits, small; what begins large is a word: "FACS_AU12LLipCorner" is facs au 12 l lip
+/// corner.
+std::vector<std::string> words_of(std::string_view name) {
+  enum class Kind : std::uint8_t { other, small, large, digit };
+  std::vector<std::string> words;
+  Kind before = Kind::other;
+  for (const char c : name) {
+    const Kind kind = c >= 'a' && c <= 'z'   ? Kind::small
+                      : c >= 'A' && c <= 'Z' ? Kind::large
+                      : c >= '0' && c <= '9' ? Kind::digit
+                                             : Kind::other;
+    const bool goes_on = kind == before || (before == Kind::large && kind == Kind::small);
+    if (kind != Kind::other && !goes_on) words.emplace_back();
+    if (goes_on && kind != before && words.back().size() > 1) {  // the "Lip" of "LLip"
+      words.push_back(words.back().substr(words.back().size() - 1));
+      words[words.size() - 2].pop_back();
+    }
+    if (kind != Kind::other) words.back() += lower(c);
+    before = kind;
+  }
+  return words;
+}
+
+/// "AU12", "au12l", "AU12_Left", "AU01_inner_brow_raiser_R", "AD19": the unit, or one side of it.
+TargetName facs_units(std::string_view name) {
+  const std::vector<std::string> words = words_of(name);
+  std::string number;
+  std::string_view side;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (words[i].front() >= '0' && words[i].front() <= '9') {
+      if (!number.empty()) return {};
+      if (i > 0 && (words[i - 1] == "au" || words[i - 1] == "ad")) number = words[i];
+    }
+    if (words[i] == "l" || words[i] == "left") side = "L";
+    if (words[i] == "r" || words[i] == "right") side = "R";
+  }
+  number.erase(0, std::min(number.find_first_not_of('0'), number.size()));
+  if (number.empty() || number.size() > 3) return {};
+  // What we do not part by side moves with either of its sides: "AU18_L", "AU61_eyes_turn_left".
+  if (!side.empty()) return {NameSet::facs_side, {{fmt::format("AU{}{}", number, side), 1.0F}, {"AU" + number, 1.0F}}};
+  return {NameSet::facs,
+          {{fmt::format("AU{}", number), 1.0F},
+           {fmt::format("AU{}L", number), 1.0F},
+           {fmt::format("AU{}R", number), 1.0F}}};
 }
 
 }  // namespace
 
 std::string plain_name(std::string_view name) {
   std::string out;
-  for (const char c : name) {
-    if (c >= 'A' && c <= 'Z') out += static_cast<char>(c - 'A' + 'a');
-    if ((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9')) out += c;
-  }
-  const std::size_t separator = name.find_last_of("_.-");
+  for (const char c : name)
+    if (const char small = lower(c); (small >= 'a' && small <= 'z') || (small >= '0' && small <= '9')) out += small;
+  const std::size_t separator = name.find_last_of("_.- ");
   if (separator != std::string_view::npos && separator + 2 == name.size()) {
     if (out.ends_with('l')) out += "eft";
     if (out.ends_with('r')) out += "ight";
@@ -107,24 +182,11 @@ std::string plain_name(std::string_view name) {
   return out;
 }
 
-std::vector<UnitShare> units_of_target(std::string_view name) {
+TargetName units_of_target(std::string_view name) {
   const std::string plain = plain_name(name);
-  for (const Known& known : kKnown) {
-    const std::size_t hash = known.name.find('#');
-    if (hash == std::string_view::npos) {
-      if (plain == known.name) return read_units(known.units, 'L');
-      continue;
-    }
-    const std::string_view stem = known.name.substr(0, hash);
-    if (plain == fmt::format("{}left", stem)) return read_units(known.units, 'L');
-    if (plain == fmt::format("{}right", stem)) return read_units(known.units, 'R');
-    if (plain == stem) {  // one target for both sides
-      std::vector<UnitShare> both = read_units(known.units, 'L');
-      for (UnitShare& u : read_units(known.units, 'R')) both.push_back(std::move(u));
-      return both;
-    }
-  }
-  return facs_units(plain);
+  if (auto found = in_table(kArkit, plain, NameSet::arkit_side, NameSet::arkit)) return std::move(*found);
+  if (auto found = in_table(kVrm, plain, NameSet::vrm_side, NameSet::vrm)) return std::move(*found);
+  return facs_units(name);
 }
 
 }  // namespace nms::runtime

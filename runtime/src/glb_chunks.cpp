@@ -1,8 +1,10 @@
 #include "glb_chunks.h"
 
+#include <algorithm>
 #include <cstdint>
-#include <cstring>
-#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
 
 namespace nms::runtime {
 namespace {
@@ -11,6 +13,10 @@ namespace {
 constexpr std::uint32_t kMagic = 0x46546C67U;
 constexpr std::uint32_t kJson = 0x4E4F534AU;
 constexpr std::uint32_t kBinary = 0x004E4942U;
+
+// Avatars have one or two. As a document in memory it takes up to sixteen times as much.
+constexpr std::size_t kMaxJsonBytes = std::size_t{32} << 20U;
+constexpr std::size_t kMaxOthers = 64;
 
 std::uint32_t word(std::span<const std::byte> bytes, std::size_t at) {
   std::uint32_t w = 0;
@@ -22,9 +28,18 @@ void put(std::vector<std::byte>& out, std::size_t value) {
   for (std::size_t i = 0; i < 4; ++i) out.push_back(static_cast<std::byte>(value >> (8 * i) & 0xFFU));
 }
 
+/// A chunk whose data is filled up to whole words (glTF 2.0, 4.4.3).
+void put_chunk(std::vector<std::byte>& out, std::uint32_t type, std::span<const std::byte> data, std::byte filler) {
+  const std::size_t padding = (4 - data.size() % 4) % 4;
+  put(out, data.size() + padding);
+  put(out, type);
+  out.insert(out.end(), data.begin(), data.end());
+  out.insert(out.end(), padding, filler);
+}
+
 }  // namespace
 
-tl::expected<GlbChunks, program::Failure> read_glb(std::span<const std::byte> bytes, const std::string& place) {
+tl::expected<GlbFile, program::Failure> read_glb(std::span<const std::byte> bytes, const std::string& place) {
   const auto bad = [&](std::string cause) {
     return tl::unexpected(
         program::Failure{"bad_avatar", place, std::move(cause), "give a binary glTF 2.0 file (.glb)"});
@@ -33,8 +48,9 @@ tl::expected<GlbChunks, program::Failure> read_glb(std::span<const std::byte> by
   if (word(bytes, 4) != 2) return bad("it is not glTF of version 2");
   if (word(bytes, 8) > bytes.size()) return bad("it is cut short");
   bytes = bytes.first(word(bytes, 8));
-  GlbChunks out;
+  GlbFile out;
   bool first = true;
+  bool second = false;
   for (std::size_t at = 12; at + 8 <= bytes.size();) {
     const std::size_t length = word(bytes, at);
     const std::uint32_t type = word(bytes, at + 4);
@@ -42,12 +58,17 @@ tl::expected<GlbChunks, program::Failure> read_glb(std::span<const std::byte> by
     const auto data = bytes.subspan(at + 8, length);
     if (first) {
       if (type != kJson) return bad("its first chunk is not JSON");
-      const std::string_view text(reinterpret_cast<const char*>(data.data()), data.size());
-      out.json = nlohmann::ordered_json::parse(text.begin(), text.end(), nullptr, false);
-      if (!out.json.is_object()) return bad("its JSON chunk does not hold an object");
-    } else if (type == kBinary && out.binary.empty()) {
-      out.binary.assign(data.begin(), data.end());
+      if (length > kMaxJsonBytes) return bad(fmt::format("it has more than {} MiB of JSON", kMaxJsonBytes >> 20U));
+      out.chunks.text.assign(reinterpret_cast<const char*>(data.data()), data.size());
+      out.json = nlohmann::json::parse(out.chunks.text, nullptr, false);
+      if (!out.json.is_object()) return bad("its JSON chunk is broken, or no object");
+    } else if (type == kBinary && second) {
+      out.chunks.binary.assign(data.begin(), data.end());
+    } else {
+      if (out.chunks.others.size() == kMaxOthers) return bad(fmt::format("it has more than {} chunks", kMaxOthers));
+      out.chunks.others.push_back({type, {data.begin(), data.end()}});
     }
+    second = first;
     first = false;
     at += 8 + length;
   }
@@ -56,25 +77,18 @@ tl::expected<GlbChunks, program::Failure> read_glb(std::span<const std::byte> by
 }
 
 std::vector<std::byte> write_glb(const GlbChunks& chunks) {
-  std::string json = chunks.json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-  json.append((4 - json.size() % 4) % 4, ' ');
-  const std::size_t padding = (4 - chunks.binary.size() % 4) % 4;
-  const std::size_t binary = chunks.binary.size() + padding;
+  const auto* text = reinterpret_cast<const std::byte*>(chunks.text.data());
   std::vector<std::byte> out;
-  out.reserve(28 + json.size() + binary);
+  out.reserve(64 + chunks.text.size() + chunks.binary.size());
   put(out, kMagic);
   put(out, 2);
-  put(out, 20 + json.size() + (binary != 0 ? 8 + binary : 0));
-  put(out, json.size());
-  put(out, kJson);
-  const auto* text = reinterpret_cast<const std::byte*>(json.data());
-  out.insert(out.end(), text, text + json.size());
-  if (binary != 0) {
-    put(out, binary);
-    put(out, kBinary);
-    out.insert(out.end(), chunks.binary.begin(), chunks.binary.end());
-    out.insert(out.end(), padding, std::byte{0});
-  }
+  put(out, 0);  // length of the whole, once it is known
+  put_chunk(out, kJson, {text, chunks.text.size()}, std::byte{' '});
+  if (!chunks.binary.empty()) put_chunk(out, kBinary, chunks.binary, std::byte{0});
+  for (const OtherChunk& other : chunks.others) put_chunk(out, other.type, other.data, std::byte{0});
+  std::vector<std::byte> length;
+  put(length, out.size());
+  std::copy(length.begin(), length.end(), out.begin() + 8);
   return out;
 }
 

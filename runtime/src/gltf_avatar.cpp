@@ -13,64 +13,50 @@
 
 #include <fmt/format.h>
 #include <glm/gtc/quaternion.hpp>
-#include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 
 #include <nms/program/evaluate.h>
 #include <nms/runtime/trigonometry.h>
 
 #include "animation_keys.h"
+#include "avatar_eyeballs.h"
+#include "avatar_nodes.h"
 #include "avatar_targets.h"
 #include "glb_chunks.h"
+#include "json_text.h"
 
 namespace nms::runtime {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using program::Failure;
 
 constexpr double kWeightTolerance = 0.002;  // as in gltf_export.h
 constexpr std::array<double, 1> kTurnTolerance{0.02 * kRadian};
 constexpr std::array<double, 3> kShiftTolerance{1e-5, 1e-5, 1e-5};
-constexpr std::size_t kMaxTargets = 4096;  // of one mesh: far above any avatar, and bounds our work
-constexpr std::uint32_t kNoNode = 0xFFFFFFFFU;
-
-/// The element of an array, or null.
-const Json& element(const Json& array, std::size_t i) {
-  static const Json null;
-  return array.is_array() && i < array.size() ? array[i] : null;
-}
-
-const Json& member(const Json& object, const char* name) {
-  static const Json null;
-  const auto found = object.is_object() ? object.find(name) : object.end();
-  return object.is_object() && found != object.end() ? *found : null;
-}
-
-std::optional<std::uint32_t> index_of(const Json& value) {
-  if (!value.is_number_unsigned() || value.get<std::uint64_t>() >= kNoNode) return std::nullopt;
-  return value.get<std::uint32_t>();
-}
-
-std::string text_of(const Json& value) { return value.is_string() ? value.get<std::string>() : std::string(); }
-
-double number_of(const Json& value, double otherwise) {
-  const double n = value.is_number() ? value.get<double>() : otherwise;
-  return std::isfinite(n) ? n : otherwise;
-}
+// Far above any avatar; they bound our work.
+constexpr std::size_t kMaxTargets = 4096;     // of one mesh
+constexpr std::size_t kMaxWeights = 1 << 16;  // of all nodes that clips animate
 
 /// One direction of a channel: an AU, or half of an axis.
 struct Driver {
   std::uint32_t channel = 0;
   float sign = 1.0F;
   float share = 1.0F;
+  float top = 1.0F;  ///< weight at 100 %: VRM's binds may ask for less
 };
 
 /// A morph target that some clip moves.
 struct Target {
   std::size_t index = 0;  ///< in its mesh
   std::vector<Driver> drivers;
-  float top = 1.0F;  ///< weight at 100 %: VRM's binds may ask for less
+};
+
+/// What would drive a target if no better name for the same unit is about.
+struct Candidate {
+  std::size_t index = 0;
+  NameSet set = NameSet::facs_side;
+  std::string name;
+  std::vector<std::pair<std::string, Driver>> units;
 };
 
 struct MeshNode {
@@ -90,43 +76,6 @@ struct Bone {
   double scale = 1.0;  ///< of its parent in the world
 };
 
-struct Rest {
-  glm::dquat rotation{1.0, 0.0, 0.0, 0.0};
-  glm::dvec3 translation{0.0};
-  glm::dvec3 scale{1.0};
-};
-
-double square_root_length(const glm::dvec3& v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
-
-/// Translation, rotation and scale of a node, from its own members or from its matrix (columns, glTF 2.0, 5.25).
-Rest rest_of(const Json& node) {
-  Rest rest;
-  const Json& matrix = member(node, "matrix");
-  if (matrix.is_array() && matrix.size() == 16) {
-    glm::dmat3 m(1.0);
-    for (int c = 0; c < 3; ++c) {
-      for (int r = 0; r < 3; ++r) m[c][r] = number_of(matrix[static_cast<std::size_t>(c * 4 + r)], c == r ? 1.0 : 0.0);
-      rest.scale[c] = std::max(1e-12, square_root_length(m[c]));
-      m[c] /= rest.scale[c];
-      rest.translation[c] = number_of(matrix[static_cast<std::size_t>(12 + c)], 0.0);
-    }
-    rest.rotation = glm::quat_cast(m);
-    return rest;
-  }
-  const Json& t = member(node, "translation");
-  const Json& s = member(node, "scale");
-  const Json& r = member(node, "rotation");
-  for (int c = 0; c < 3; ++c) {
-    rest.translation[c] = number_of(element(t, static_cast<std::size_t>(c)), 0.0);
-    rest.scale[c] = number_of(element(s, static_cast<std::size_t>(c)), 1.0);
-  }
-  const glm::dquat q(number_of(element(r, 3), 1.0), number_of(element(r, 0), 0.0), number_of(element(r, 1), 0.0),
-                     number_of(element(r, 2), 0.0));
-  const double length = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
-  if (length > 1e-6) rest.rotation = q * (1.0 / length);
-  return rest;
-}
-
 glm::dquat turn_about(int axis, double angle) {
   glm::dquat q(cosine(angle / 2.0), 0.0, 0.0, 0.0);
   (axis == 0 ? q.x : axis == 1 ? q.y : q.z) = sine(angle / 2.0);
@@ -135,10 +84,11 @@ glm::dquat turn_about(int axis, double angle) {
 
 class AvatarWriter {
  public:
-  AvatarWriter(GlbChunks chunks, const std::string& place, const program::Program& program,
+  AvatarWriter(GlbFile file, const std::string& place, const program::Program& program,
                std::span<const program::Clip* const> clips)
-      : chunks_(std::move(chunks)),
-        json_(chunks_.json),
+      : file_(std::move(file)),
+        json_(file_.json),
+        binary_(file_.chunks.binary),
         place_(place),
         program_(program),
         clips_(clips),
@@ -146,21 +96,23 @@ class AvatarWriter {
 
   tl::expected<AnimatedAvatar, Failure> run() {
     name_units();
-    if (auto failure = read_hierarchy()) return tl::unexpected(std::move(*failure));
+    if (auto failure = read_parents(member(json_, "nodes"), place_, parent_))
+      return tl::unexpected(std::move(*failure));
     find_expressions();
-    find_meshes();
+    if (auto failure = find_meshes()) return tl::unexpected(std::move(*failure));
+    find_joints();
     find_bones();
     if (!known_ && bones_.empty())
       return fail("no_targets", "nothing in it has a name that we know",
                   "its morph targets need ARKit, VRM 1.0 or FACS names (mesh.extras.targetNames), its bones Head, "
                   "LeftEye, RightEye");
     list_unshown();
-    if (auto failure = open_buffer()) return tl::unexpected(std::move(*failure));
+    if (auto failure = check_buffer()) return tl::unexpected(std::move(*failure));
     for (const program::Clip* clip : clips_)
       if (auto failure = add_clip(*clip)) return tl::unexpected(std::move(*failure));
-    json_["buffers"][0]["byteLength"] = chunks_.binary.size();
-    if (chunks_.binary.size() > 0x7FFFFFFFU) return fail("too_large", "the file would pass 2 GB", "build fewer clips");
-    out_.glb = write_glb(chunks_);
+    if (binary_.size() > 0x7FFFFFFFU) return fail("too_large", "the file would pass 2 GB", "build fewer clips");
+    file_.chunks.text = edited();
+    out_.glb = write_glb(file_.chunks);
     return std::move(out_);
   }
 
@@ -177,100 +129,112 @@ class AvatarWriter {
     for (const std::uint32_t c : used_) {
       const program::Channel& channel = program_.channels[c];
       if (channel.kind == program::ChannelKind::axis) {
-        units_[std::string(program_.string(channel.positive))] = {c, 1.0F, 1.0F};
-        units_[std::string(program_.string(channel.negative))] = {c, -1.0F, 1.0F};
+        units_[std::string(program_.string(channel.positive))] = {c, 1.0F};
+        units_[std::string(program_.string(channel.negative))] = {c, -1.0F};
       } else {
-        units_[std::string(program_.string(channel.name))] = {c, 1.0F, 1.0F};
+        units_[std::string(program_.string(channel.name))] = {c, 1.0F};
       }
     }
   }
 
-  std::optional<Failure> read_hierarchy() {
-    const Json& nodes = member(json_, "nodes");
-    if (!nodes.is_array()) return Failure{"bad_avatar", place_, "it has no nodes", "give an avatar"};
-    parent_.assign(nodes.size(), kNoNode);
-    for (std::uint32_t n = 0; n < nodes.size(); ++n)
-      for (const Json& child : member(nodes[n], "children")) {
-        const auto c = index_of(child);
-        if (!c || *c >= nodes.size() || parent_[*c] != kNoNode)
-          return Failure{"bad_avatar", place_, fmt::format("node {} has a child that is missing or has two parents", n),
-                         "check the file with the glTF validator"};
-        parent_[*c] = n;
-      }
-    for (std::uint32_t n = 0; n < nodes.size(); ++n) {  // a node that is above itself is found within as many steps
-      std::size_t steps = 0;
-      for (std::uint32_t at = parent_[n]; at != kNoNode; at = parent_[at])
-        if (++steps > nodes.size())
-          return Failure{"bad_avatar", place_, fmt::format("node {} is its own ancestor", n),
-                         "check the file with the glTF validator"};
-      if (steps > 1024) return Failure{"bad_avatar", place_, "its nodes nest too deep", "give an avatar"};
-    }
-    return std::nullopt;
-  }
-
-  std::vector<Driver> drivers_of(std::string_view name) {
-    std::vector<Driver> drivers;
-    for (const UnitShare& u : units_of_target(name)) {
-      known_ = true;
+  /// A target of that name, driven by those of its units that the clips move.
+  Candidate candidate(std::size_t index, const std::string& name, float top) const {
+    TargetName named = units_of_target(name);
+    Candidate c{index, named.set, name, {}};
+    for (UnitShare& u : named.units) {
       const auto found = units_.find(u.unit);
       if (found == units_.end()) continue;
       Driver d = found->second;
       d.share = u.share;
-      drivers.push_back(d);
-      shown_.insert(u.unit);
+      d.top = top;
+      c.units.emplace_back(std::move(u.unit), d);
     }
-    return drivers;
+    return c;
   }
 
-  /// VRM 1.0: expressions by name, bound to targets by node and index.
+  [[nodiscard]] bool knows(const std::string& name) const { return !units_of_target(name).units.empty(); }
+
+  const Json& vrm(const char* part) const { return member(member(member(json_, "extensions"), "VRMC_vrm"), part); }
+
+  /// Whether VRM says that the eyes are turned by their bones ("bone") or by expressions ("expression").
+  [[nodiscard]] bool vrm_looks_by(const char* what) const { return text_of(member(vrm("lookAt"), "type")) == what; }
+
+  /// VRM 1.0: expressions by name, bound to targets by node and index. What is bound to nothing shows nothing: files
+  /// list all presets.
   void find_expressions() {
-    const Json& expressions = member(member(member(json_, "extensions"), "VRMC_vrm"), "expressions");
     for (const char* group : {"preset", "custom"}) {
-      const Json& all = member(expressions, group);
+      const Json& all = member(vrm("expressions"), group);
       if (!all.is_object()) continue;
+      const bool preset = std::string_view(group) == "preset";
       for (const auto& [name, expression] : all.items()) {
-        const std::vector<Driver> drivers = drivers_of(name);
-        if (drivers.empty()) continue;
+        if (preset && name.starts_with("look") && vrm_looks_by("bone")) continue;
         for (const Json& bind : member(expression, "morphTargetBinds")) {
           const auto node = index_of(member(bind, "node"));
           const auto index = index_of(member(bind, "index"));
-          if (!node || !index) continue;
+          if (!node || !index || !knows(name)) continue;
           const double weight = std::clamp(number_of(member(bind, "weight"), 1.0), 0.0, 1.0);
-          expressions_[*node].push_back({*index, drivers, static_cast<float>(weight)});
-          expression_names_[{*node, *index}] = name;
+          expressions_[*node].push_back(candidate(*index, name, static_cast<float>(weight)));
         }
       }
     }
   }
 
-  void find_meshes() {
+  std::optional<Failure> find_meshes() {
     const Json& nodes = member(json_, "nodes");
     const Json& meshes = member(json_, "meshes");
+    std::size_t weights = 0;
     for (std::uint32_t n = 0; n < nodes.size(); ++n) {
       const auto m = index_of(member(nodes[n], "mesh"));
       if (!m) continue;
       const Json& mesh = element(meshes, *m);
       const Json& targets = member(element(member(mesh, "primitives"), 0), "targets");
       const std::size_t count = targets.is_array() ? std::min(targets.size(), kMaxTargets) : 0;
-      if (count == 0) continue;
-      MeshNode found{n, rest_weights(nodes[n], mesh, count), {}};
-      const Json& names = target_names(mesh);
-      for (std::size_t i = 0; i < count; ++i) {
-        const std::string name = text_of(element(names, i));
-        std::vector<Driver> drivers = drivers_of(name);
-        if (drivers.empty()) continue;
-        found.targets.push_back({i, std::move(drivers), 1.0F});
-        note(out_.targets, name);
-      }
-      for (const Target& t : expressions_[n]) {
-        const bool named = std::any_of(found.targets.begin(), found.targets.end(),
-                                       [&](const Target& other) { return other.index == t.index; });
-        if (named || t.index >= count) continue;
-        found.targets.push_back(t);
-        note(out_.targets, expression_names_[{n, static_cast<std::uint32_t>(t.index)}]);
-      }
-      if (!found.targets.empty()) meshes_.push_back(std::move(found));
+      MeshNode found{n, {}, targets_of(n, target_names(mesh), count)};
+      if (found.targets.empty()) continue;
+      weights += count;
+      if (weights > kMaxWeights)
+        return Failure{"too_large", place_, fmt::format("its nodes have more than {} morph targets", kMaxWeights),
+                       "give an avatar"};
+      found.rest = rest_weights(nodes[n], mesh, count);
+      meshes_.push_back(std::move(found));
     }
+    return std::nullopt;
+  }
+
+  /// What of a node's mesh the clips move: a unit by targets of one set of names, the one that says it most exactly.
+  std::vector<Target> targets_of(std::uint32_t node, const Json& names, std::size_t count) {
+    std::vector<Candidate> candidates;
+    std::set<std::size_t> named;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::string name = text_of(element(names, i));
+      if (!knows(name)) continue;
+      named.insert(i);
+      candidates.push_back(candidate(i, name, 1.0F));
+    }
+    if (const auto bound = expressions_.find(node); bound != expressions_.end())
+      for (const Candidate& c : bound->second)
+        if (c.index < count && !named.contains(c.index)) candidates.push_back(c);
+    known_ = known_ || !candidates.empty();
+
+    std::map<std::string, NameSet> best;
+    for (const Candidate& c : candidates)
+      for (const auto& [unit, driver] : c.units) {
+        const auto [found, is_new] = best.emplace(unit, c.set);
+        if (!is_new) found->second = std::min(found->second, c.set);
+      }
+    std::map<std::size_t, Target> targets;
+    for (const Candidate& c : candidates)
+      for (const auto& [unit, driver] : c.units) {
+        if (best[unit] != c.set) continue;
+        Target& target = targets.emplace(c.index, Target{c.index, {}}).first->second;
+        target.drivers.push_back(driver);
+        shown_.insert(unit);
+        note(out_.targets, c.name);
+        if (program_.channels[driver.channel].frame == program::Frame::eyes) gaze_targets_.push_back({node, c.index});
+      }
+    std::vector<Target> result;
+    for (auto& [index, target] : targets) result.push_back(std::move(target));
+    return result;
   }
 
   static const Json& target_names(const Json& mesh) {
@@ -292,19 +256,36 @@ class AvatarWriter {
   }
 
   std::uint32_t humanoid_bone(const char* name) const {
-    const Json& bones = member(member(member(member(json_, "extensions"), "VRMC_vrm"), "humanoid"), "humanBones");
-    const auto node = index_of(member(member(bones, name), "node"));
+    const auto node = index_of(member(member(member(vrm("humanoid"), "humanBones"), name), "node"));
     return node && *node < parent_.size() ? *node : kNoNode;
   }
 
+  void find_joints() {
+    for (const Json& skin : member(json_, "skins"))
+      for (const Json& joint : member(skin, "joints"))
+        if (const auto j = index_of(joint)) joints_.insert(*j);
+  }
+
+  /// "mixamorig:Head", "mixamorig7:Head": Mixamo's prefix says nothing.
+  static std::string bone_name(const Json& node) {
+    std::string name = plain_name(text_of(member(node, "name")));
+    if (!name.starts_with("mixamorig")) return name;
+    name.erase(0, 9);
+    return name.erase(0, std::min(name.find_first_not_of("0123456789"), name.size()));
+  }
+
+  /// The first node of the first name that there is; joints of a skin before others, since meshes are called Head too.
   std::uint32_t bone_named(std::initializer_list<std::string_view> names) const {
     const Json& nodes = member(json_, "nodes");
-    for (const std::string_view wanted : names)
+    for (const std::string_view wanted : names) {
+      std::uint32_t found = kNoNode;
       for (std::uint32_t n = 0; n < nodes.size(); ++n) {
-        std::string name = plain_name(text_of(member(nodes[n], "name")));
-        if (name.starts_with("mixamorig")) name.erase(0, 9);
-        if (name == wanted) return n;
+        if (member(nodes[n], "skin").is_number() || bone_name(nodes[n]) != wanted) continue;
+        if (joints_.contains(n)) return n;
+        if (found == kNoNode) found = n;
       }
+      if (found != kNoNode) return found;
+    }
     return kNoNode;
   }
 
@@ -314,26 +295,34 @@ class AvatarWriter {
   }
 
   void find_bones() {
-    const auto add = [&](std::uint32_t node, Part part) {
-      if (node == kNoNode) return;
-      bones_.push_back(bone(node, part));
-      note(out_.bones, text_of(member(member(json_, "nodes")[node], "name")));
-    };
     const auto either = [](std::uint32_t a, std::uint32_t b) { return a != kNoNode ? a : b; };
-    if (moves(program::Frame::torso))
-      add(either(either(humanoid_bone("upperChest"), humanoid_bone("chest")),
-                 bone_named({"upperchest", "spine2", "chest", "spine1", "spine"})),
-          Part::torso);
-    if (moves(program::Frame::head)) add(either(humanoid_bone("head"), bone_named({"head"})), Part::head);
-    for (const Bone& b : bones_) mark_shown(b.part == Part::head ? program::Frame::head : program::Frame::torso);
-    const bool looks = std::any_of(units_.begin(), units_.end(), [&](const auto& unit) {
-      return program_.channels[unit.second.channel].frame == program::Frame::eyes && shown_.contains(unit.first);
-    });
-    if (!moves(program::Frame::eyes) || looks) return;
-    const std::size_t before = bones_.size();
-    add(either(humanoid_bone("leftEye"), bone_named({"lefteye", "eyeleft", "eyel"})), Part::eye);
-    add(either(humanoid_bone("rightEye"), bone_named({"righteye", "eyeright", "eyer"})), Part::eye);
-    if (bones_.size() > before) mark_shown(program::Frame::eyes);
+    if (moves(program::Frame::torso)) {
+      std::uint32_t chest = kNoNode;
+      for (const char* name : {"upperChest", "chest", "spine"}) chest = either(chest, humanoid_bone(name));
+      add_bone_node(either(chest, bone_named({"upperchest", "spine2", "chest", "spine1", "spine"})), Part::torso);
+    }
+    if (moves(program::Frame::head)) add_bone_node(either(humanoid_bone("head"), bone_named({"head"})), Part::head);
+    if (!moves(program::Frame::eyes)) return;
+    std::vector<std::uint32_t> eyes{either(humanoid_bone("leftEye"), bone_named({"lefteye", "eyeleft", "eyel"})),
+                                    either(humanoid_bone("rightEye"), bone_named({"righteye", "eyeright", "eyer"}))};
+    eyes.erase(std::remove(eyes.begin(), eyes.end(), kNoNode), eyes.end());
+    if (targets_turn_eyes(eyes)) return;
+    for (const std::uint32_t eye : eyes) add_bone_node(eye, Part::eye);
+  }
+
+  /// Whether the gaze is shown by targets alone: who turned the bones too would look twice as far.
+  [[nodiscard]] bool targets_turn_eyes(std::span<const std::uint32_t> eyes) const {
+    if (gaze_targets_.empty() || vrm_looks_by("bone")) return false;
+    if (vrm_looks_by("expression")) return true;
+    return eyeballs_move(json_, binary_, parent_, eyes, gaze_targets_) != EyeballsMove::no;
+  }
+
+  void add_bone_node(std::uint32_t node, Part part) {
+    const auto same = [&](const Bone& b) { return b.node == node; };
+    if (node == kNoNode || std::any_of(bones_.begin(), bones_.end(), same)) return;
+    bones_.push_back(bone(node, part));
+    note(out_.bones, text_of(member(member(json_, "nodes")[node], "name")));
+    mark_shown(frame_of(part));
   }
 
   void mark_shown(program::Frame frame) {
@@ -341,21 +330,14 @@ class AvatarWriter {
       if (program_.channels[driver.channel].frame == frame) shown_.insert(name);
   }
 
-  Bone bone(std::uint32_t node, Part part) {
-    Json& nodes = json_["nodes"];
-    const Rest own = rest_of(nodes[node]);
+  Bone bone(std::uint32_t node, Part part) const {
+    const Json& nodes = member(json_, "nodes");
+    const NodeRest own = rest_of(nodes[node]);
     Bone b{node, part, {1.0, 0.0, 0.0, 0.0}, own.rotation, own.translation, 1.0};
     for (std::uint32_t at = parent_[node]; at != kNoNode; at = parent_[at]) {
-      const Rest rest = rest_of(nodes[at]);
+      const NodeRest rest = rest_of(nodes[at]);
       b.parent = rest.rotation * b.parent;
       b.scale *= rest.scale.y;
-    }
-    if (nodes[node].contains("matrix")) {  // glTF 2.0, 3.6.2: an animated node must not have a matrix
-      nodes[node].erase("matrix");
-      const glm::dquat& q = own.rotation;
-      nodes[node]["translation"] = {own.translation.x, own.translation.y, own.translation.z};
-      nodes[node]["rotation"] = {q.x, q.y, q.z, q.w};
-      nodes[node]["scale"] = {own.scale.x, own.scale.y, own.scale.z};
     }
     return b;
   }
@@ -388,48 +370,98 @@ class AvatarWriter {
     }
   }
 
-  std::optional<Failure> open_buffer() {
+  std::optional<Failure> check_buffer() const {
+    const char* const remedy = "check it with the glTF validator";
     for (const char* array : {"buffers", "bufferViews", "accessors", "animations"})
-      if (json_.contains(array) && !json_[array].is_array())
-        return Failure{"bad_avatar", place_, fmt::format("its {} are no list", array),
-                       "check it with the glTF validator"};
-    Json& buffers = json_["buffers"];
-    if (buffers.empty()) buffers.push_back(Json::object());
+      if (json_.contains(array) && !member(json_, array).is_array())
+        return Failure{"bad_avatar", place_, fmt::format("its {} are no list", array), remedy};
+    const Json& buffers = member(json_, "buffers");
+    if (buffers.empty()) return std::nullopt;
     if (!buffers[0].is_object() || buffers[0].contains("uri"))
       return Failure{"bad_avatar", place_, "its first buffer lies outside the file", "embed it: make one .glb of it"};
     const auto length = index_of(member(buffers[0], "byteLength"));
-    if (length && *length > chunks_.binary.size())
+    if (length && *length > binary_.size())
       return Failure{"bad_avatar", place_, "its buffer is longer than what the file holds",
                      "get the file anew: it is cut"};
     return std::nullopt;
   }
 
-  std::size_t accessor(std::span<const float> data, const char* type, std::size_t width, bool times) {
-    while (chunks_.binary.size() % 4 != 0) chunks_.binary.push_back(std::byte{0});
-    const std::size_t begin = chunks_.binary.size();
-    const auto* bytes = reinterpret_cast<const std::byte*>(data.data());
-    chunks_.binary.insert(chunks_.binary.end(), bytes, bytes + data.size_bytes());
-    json_["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", begin}, {"byteLength", data.size_bytes()}});
-    Json a{{"bufferView", json_["bufferViews"].size() - 1},
-           {"componentType", 5126},
-           {"count", data.size() / width},
-           {"type", type}};
-    if (times) {
-      a["min"] = {data.front()};
-      a["max"] = {data.back()};
+  /// The file's text with what the clips add. Nothing else of it changes by a byte.
+  [[nodiscard]] std::string edited() const {
+    JsonEdit edit(file_.chunks.text);
+    const std::string_view text = edit.text();
+    std::vector<std::string> lacking;  // members that the document did not have
+    const auto add = [&](const char* name, const std::vector<std::string>& elements) {
+      if (elements.empty()) return;
+      const TextSpan array = json_member(text, edit.root(), name);
+      if (!array.empty()) return edit.append(array, elements);
+      lacking.push_back(fmt::format("\"{}\":[{}]", name, fmt::join(elements, ",")));
+    };
+    const TextSpan buffers = json_member(text, edit.root(), "buffers");
+    const std::string length = fmt::format("\"byteLength\":{}", binary_.size());
+    if (buffers.empty() || json_elements(text, buffers).empty()) {
+      add("buffers", {"{" + length + "}"});
+    } else {
+      const TextSpan buffer = json_elements(text, buffers).front();
+      const TextSpan old = json_member(text, buffer, "byteLength");
+      old.empty() ? edit.append(buffer, {length}) : edit.replace(old, fmt::format("{}", binary_.size()));
     }
-    json_["accessors"].push_back(std::move(a));
-    return json_["accessors"].size() - 1;
+    add("bufferViews", views_);
+    add("accessors", accessors_);
+    add("animations", animations_);
+    unfold_matrices(edit);
+    edit.append(edit.root(), lacking);
+    return edit.done();
   }
 
-  void add_channel(Json& animation, std::uint32_t node, const char* path, const Keys& keys, const char* type,
-                   std::size_t width) {
-    auto times = times_.find(keys.times);
-    if (times == times_.end()) times = times_.emplace(keys.times, accessor(keys.times, "SCALAR", 1, true)).first;
+  /// glTF 2.0, 3.6.2: an animated node must not have a matrix.
+  void unfold_matrices(JsonEdit& edit) const {
+    const std::string_view text = edit.text();
+    const std::vector<TextSpan> nodes = json_elements(text, json_member(text, edit.root(), "nodes"));
+    for (const Bone& b : bones_) {
+      const Json& node = member(json_, "nodes")[b.node];
+      if (!node.contains("matrix")) continue;
+      const NodeRest rest = rest_of(node);
+      const glm::dquat& q = rest.rotation;
+      const Json pose{{"translation", {rest.translation.x, rest.translation.y, rest.translation.z}},
+                      {"rotation", {q.x, q.y, q.z, q.w}},
+                      {"scale", {rest.scale.x, rest.scale.y, rest.scale.z}}};
+      std::string fresh;
+      for (const char* name : {"translation", "rotation", "scale"}) {
+        const TextSpan old = json_member(text, nodes[b.node], name);  // beside a matrix it is an error, which ends here
+        if (!old.empty()) edit.replace(old, pose[name].dump());
+        if (old.empty()) fresh += fmt::format("{}\"{}\":{}", fresh.empty() ? "" : ",", name, pose[name].dump());
+      }
+      for (const JsonMember& m : json_members(text, nodes[b.node]))
+        if (m.value.begin == json_member(text, nodes[b.node], "matrix").begin) edit.replace(m.whole(), fresh);
+    }
+  }
+
+  /// The index of a new accessor; of one with the same numbers, if there is one.
+  std::size_t accessor(const std::vector<float>& data, const char* type, std::size_t width, bool times) {
+    const auto [found, is_new] = written_.emplace(std::pair(std::string(type) + (times ? "t" : ""), data), 0);
+    if (!is_new) return found->second;
+    binary_.resize((binary_.size() + 3) / 4 * 4);
+    const std::size_t begin = binary_.size();
+    const std::size_t size = data.size() * sizeof(float);
+    const auto* bytes = reinterpret_cast<const std::byte*>(data.data());
+    binary_.insert(binary_.end(), bytes, bytes + size);
+    const std::size_t view = member(json_, "bufferViews").size() + views_.size();
+    views_.push_back(fmt::format(R"({{"buffer":0,"byteOffset":{},"byteLength":{}}})", begin, size));
+    std::string a = fmt::format(R"({{"bufferView":{},"componentType":5126,"count":{},"type":"{}")", view,
+                                data.size() / width, type);
+    if (times) a += fmt::format(R"(,"min":[{}],"max":[{}])", Json(data.front()).dump(), Json(data.back()).dump());
+    accessors_.push_back(a + "}");
+    return found->second = member(json_, "accessors").size() + accessors_.size() - 1;
+  }
+
+  void add_channel(nlohmann::ordered_json& animation, std::uint32_t node, const char* path, const Keys& keys,
+                   const char* type, std::size_t width) {
+    const std::size_t times = accessor(keys.times, "SCALAR", 1, true);
     const std::size_t values = accessor(keys.values, type, width, false);
     animation["channels"].push_back(
         {{"sampler", animation["samplers"].size()}, {"target", {{"node", node}, {"path", path}}}});
-    animation["samplers"].push_back({{"input", times->second}, {"interpolation", "LINEAR"}, {"output", values}});
+    animation["samplers"].push_back({{"input", times}, {"interpolation", "LINEAR"}, {"output", values}});
   }
 
   void evaluate(const program::Clip& clip, std::int64_t t) {
@@ -439,8 +471,9 @@ class AvatarWriter {
 
   [[nodiscard]] float weight(const Target& target) const {
     float strongest = 0.0F;
-    for (const Driver& d : target.drivers) strongest = std::max(strongest, values_[d.channel] * d.sign * d.share);
-    return std::clamp(strongest, 0.0F, 1.0F) * target.top;
+    for (const Driver& d : target.drivers)
+      strongest = std::max(strongest, std::min(values_[d.channel] * d.sign * d.share, 1.0F) * d.top);
+    return strongest;
   }
 
   /// Turn of a frame in the world: yaw, pitch, roll as in Rig; gaze turns both eyes alike.
@@ -484,13 +517,13 @@ class AvatarWriter {
 
   std::optional<Failure> add_clip(const program::Clip& clip) {
     const std::string name(program_.string(clip.name));
-    for (const Json& animation : json_["animations"])
+    for (const Json& animation : member(json_, "animations"))
       if (text_of(member(animation, "name")) == name)
         return Failure{"clip_exists", place_, fmt::format("it has an animation named {} already", name),
                        "give the avatar as it was, or name the clip otherwise"};
-    times_.clear();
     const std::vector<std::int64_t> breaks = break_times(program_, clip);
-    Json animation{{"name", name}, {"channels", Json::array()}, {"samplers", Json::array()}};
+    using Ordered = nlohmann::ordered_json;
+    Ordered animation{{"name", name}, {"channels", Ordered::array()}, {"samplers", Ordered::array()}};
     for (const MeshNode& mesh : meshes_) {
       const std::vector<double> tolerance(mesh.rest.size(), kWeightTolerance);
       const Keys keys = fit_keys(breaks, Interpolation::linear, tolerance, [&](std::int64_t t, std::span<float> out) {
@@ -503,11 +536,12 @@ class AvatarWriter {
     for (const Bone& b : bones_) add_bone(animation, clip, b, breaks);
     if (animation["channels"].empty()) return std::nullopt;  // glTF allows no animation of nothing
     animation["extras"] = {{"start_s", static_cast<double>(clip.start_ns) / 1e9}};
-    json_["animations"].push_back(std::move(animation));
+    animations_.push_back(animation.dump());
     return std::nullopt;
   }
 
-  void add_bone(Json& animation, const program::Clip& clip, const Bone& b, const std::vector<std::int64_t>& breaks) {
+  void add_bone(nlohmann::ordered_json& animation, const program::Clip& clip, const Bone& b,
+                const std::vector<std::int64_t>& breaks) {
     const glm::dquat into_parent = glm::conjugate(b.parent);
     const Keys turns =
         fit_keys(breaks, Interpolation::slerp, kTurnTolerance, [&](std::int64_t t, std::span<float> out) {
@@ -519,7 +553,7 @@ class AvatarWriter {
           out[3] = static_cast<float>(q.w);
         });
     add_channel(animation, b.node, "rotation", turns, "VEC4", 4);
-    if (!shifts(b.part) || b.scale == 0.0) return;
+    if (!shifts(b.part) || !std::isfinite(b.scale) || std::fabs(b.scale) < 1e-9) return;
     const Keys shifted =
         fit_keys(breaks, Interpolation::linear, kShiftTolerance, [&](std::int64_t t, std::span<float> out) {
           evaluate(clip, t);
@@ -529,22 +563,28 @@ class AvatarWriter {
     add_channel(animation, b.node, "translation", shifted, "VEC3", 3);
   }
 
-  GlbChunks chunks_;
-  Json& json_;
+  GlbFile file_;
+  const Json& json_;
+  std::vector<std::byte>& binary_;
   const std::string& place_;
   const program::Program& program_;
   std::span<const program::Clip* const> clips_;
   std::vector<float> values_;
-  std::set<std::uint32_t> used_;                              ///< channels that the clips move
-  std::map<std::string, Driver> units_;                       ///< the same by AU name
-  std::set<std::string> shown_;                               ///< AU names that something in the avatar shows
-  std::vector<std::uint32_t> parent_;                         ///< by node
-  std::map<std::uint32_t, std::vector<Target>> expressions_;  ///< VRM's, by node
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::string> expression_names_;
+  std::set<std::uint32_t> used_;                                 ///< channels that the clips move
+  std::map<std::string, Driver> units_;                          ///< the same by AU name
+  std::set<std::string> shown_;                                  ///< AU names that something in the avatar shows
+  std::vector<std::uint32_t> parent_;                            ///< by node
+  std::map<std::uint32_t, std::vector<Candidate>> expressions_;  ///< VRM's, by node
+  std::set<std::uint32_t> joints_;                               ///< of any skin
+  std::vector<NodeTarget> gaze_targets_;
   bool known_ = false;  ///< some target has a name of a known set
   std::vector<MeshNode> meshes_;
   std::vector<Bone> bones_;
-  std::map<std::vector<float>, std::size_t> times_;  ///< accessors of one clip's times
+  // What the file gets, as JSON.
+  std::vector<std::string> views_;
+  std::vector<std::string> accessors_;
+  std::vector<std::string> animations_;
+  std::map<std::pair<std::string, std::vector<float>>, std::size_t> written_;  ///< accessors by type and numbers
   AnimatedAvatar out_;
 };
 
@@ -553,9 +593,9 @@ class AvatarWriter {
 tl::expected<AnimatedAvatar, Failure> animate_avatar(std::span<const std::byte> glb, const std::string& place,
                                                      const program::Program& program,
                                                      std::span<const program::Clip* const> clips) {
-  auto chunks = read_glb(glb, place);
-  if (!chunks) return tl::unexpected(chunks.error());
-  return AvatarWriter(std::move(*chunks), place, program, clips).run();
+  auto file = read_glb(glb, place);
+  if (!file) return tl::unexpected(file.error());
+  return AvatarWriter(std::move(*file), place, program, clips).run();
 }
 
 }  // namespace nms::runtime

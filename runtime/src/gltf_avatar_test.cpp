@@ -1,10 +1,12 @@
 #include <nms/runtime/gltf_avatar.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <string>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <tiny_gltf.h>
 
@@ -14,6 +16,7 @@
 
 #include "avatar_targets.h"
 #include "glb_chunks.h"
+#include "json_text.h"
 #include "test_face.h"
 #include "test_glb.h"
 
@@ -58,13 +61,13 @@ std::string mesh(const std::vector<std::string>& names) {
 
 std::vector<std::byte> glb(const std::string& meshes, const std::string& nodes, const std::string& more) {
   GlbChunks chunks;
-  chunks.json = nlohmann::ordered_json::parse(
+  chunks.text =
       R"({"zebra":1,"asset":{"version":"2.0","copyright":"someone"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[)" +
       nodes + R"(],"meshes":[)" + meshes +
       R"(],"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},)"
       R"({"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],)"
       R"("bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36}])" +
-      more + "}");
+      more + "}";
   const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
   chunks.binary.resize(36);
   std::memcpy(chunks.binary.data(), triangle, 36);
@@ -182,13 +185,142 @@ TEST_F(Avatar, the_rest_of_the_file_stays_as_it_was) {
   const auto before = arkit_avatar();
   const auto made = animate(before);
   ASSERT_TRUE(made.has_value());
-  const auto old_chunks = read_glb(before, "before");
-  const auto chunks = read_glb(made->glb, "after");
-  ASSERT_TRUE(old_chunks && chunks);
-  EXPECT_EQ(chunks->json.begin().key(), "zebra") << "members keep their order";
-  for (const char* same : {"zebra", "asset", "scenes", "meshes"}) EXPECT_EQ(chunks->json[same], old_chunks->json[same]);
-  EXPECT_TRUE(std::equal(old_chunks->binary.begin(), old_chunks->binary.end(), chunks->binary.begin()));
+  const auto old = read_glb(before, "before");
+  const auto now = read_glb(made->glb, "after");
+  ASSERT_TRUE(old && now);
+  EXPECT_TRUE(now->chunks.text.starts_with(R"({"zebra":1,"asset":{)")) << "members keep their order";
+  for (const char* same : {"zebra", "asset", "scenes", "meshes"}) EXPECT_EQ(now->json[same], old->json[same]);
+  EXPECT_TRUE(std::equal(old->chunks.binary.begin(), old->chunks.binary.end(), now->chunks.binary.begin()));
   EXPECT_FALSE(animate(made->glb).has_value()) << "the same clip a second time";
+}
+
+/// Texts of the root's members, and of the elements of those that are arrays.
+std::vector<std::pair<std::string, std::vector<std::string>>> parts(const std::string& text) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> out;
+  for (const JsonMember& m : json_members(text, json_value(text, 0))) {
+    out.push_back({std::string(m.key.of(text)), {}});
+    if (text[m.value.begin] != '[') out.back().second.emplace_back(m.value.of(text));
+    for (const TextSpan& e : json_elements(text, m.value)) out.back().second.emplace_back(e.of(text));
+  }
+  return out;
+}
+
+TEST_F(Avatar, no_byte_of_the_rest_changes_however_it_is_written) {
+  auto old = read_glb(arkit_avatar(), "before");
+  ASSERT_TRUE(old.has_value());
+  const std::string odd = R"(, "animations" : [ {"name":"wave", "channels":[],  "samplers":[]} ],
+    "extensions":{"XYZ_odd":{"a":1.50,"b":[1e-7,1E+5,-0.0,12345678901234567890123,0.1000],"a":{"\u00e9":"\/]}"}}}})";
+  old->chunks.text.replace(old->chunks.text.size() - 1, 1, odd);
+  old->chunks.others = {{0x12345678U, {std::byte{1}, std::byte{2}, std::byte{3}, std::byte{4}}}};
+  const auto made = animate(write_glb(old->chunks));
+  ASSERT_TRUE(made.has_value()) << made.error().cause;
+  const auto now = read_glb(made->glb, "after");
+  ASSERT_TRUE(now.has_value());
+  const auto before = parts(old->chunks.text);
+  const auto after = parts(now->chunks.text);
+  ASSERT_EQ(before.size(), after.size());
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const std::string& key = before[i].first;
+    EXPECT_EQ(after[i].first, key);
+    const bool grows = key == "animations" || key == "accessors" || key == "bufferViews";
+    EXPECT_EQ(after[i].second.size() > before[i].second.size(), grows) << key;
+    for (std::size_t k = 0; k < before[i].second.size(); ++k) {
+      if (key == "buffers" || (key == "nodes" && k == 5)) continue;  // its length; what had a matrix
+      EXPECT_EQ(after[i].second[k], before[i].second[k]) << key << ' ' << k;
+    }
+  }
+  ASSERT_EQ(now->chunks.others.size(), 1U) << "chunks that glTF does not know";
+  EXPECT_EQ(now->chunks.others[0].type, 0x12345678U);
+  EXPECT_EQ(now->chunks.others[0].data, old->chunks.others[0].data);
+  read_model(made->glb);
+}
+
+TEST_F(Avatar, a_movement_is_shown_once_by_the_name_that_says_it_best) {
+  const auto made = animate(glb(mesh({"mouthSmile", "mouthSmileLeft", "mouthSmileRight", "AU26", "jawOpen",
+                                      "eyesClosed", "AU45_blink_L", "eyeBlinkLeft", "AU45_blink_R", "AU12+AU45"}),
+                                R"({"mesh":0})", ""));
+  ASSERT_TRUE(made.has_value());
+  const tinygltf::Model model = read_model(made->glb);
+  const auto smile = sampled(model, 0, "weights", 0.3F);
+  ASSERT_EQ(smile.size(), 10U);
+  const std::vector<float> wanted{0.0F, 0.8F, 0.0F, value("AU26", 100'000'000), 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F};
+  for (std::size_t i = 0; i < wanted.size(); ++i) EXPECT_NEAR(smile[i], wanted[i], 0.003F) << i;
+}
+
+TEST_F(Avatar, a_mesh_called_head_is_not_the_bone) {
+  const auto made =
+      animate(glb(mesh({"jawOpen"}),
+                  R"({"name":"Head","mesh":0,"skin":0},{"name":"Head"},{"name":"Head"},{"name":"mixamorig7:LeftEye"})",
+                  R"(,"skins":[{"joints":[2],"inverseBindMatrices":0}])"));
+  ASSERT_TRUE(made.has_value());
+  const tinygltf::Model model = read_model(made->glb);
+  EXPECT_TRUE(sampled(model, 0, "rotation", 0.7F).empty());
+  EXPECT_TRUE(sampled(model, 1, "rotation", 0.7F).empty());
+  EXPECT_EQ(sampled(model, 2, "rotation", 0.7F).size(), 4U);
+  EXPECT_EQ(sampled(model, 3, "rotation", 0.7F).size(), 4U);
+}
+
+/// A head whose third vertex is an eyeball's, by the heaviest of its joints; eyeLookDown moves `moved` alone.
+std::vector<std::byte> head_with_eye(std::uint8_t moved) {
+  GlbChunks chunks;
+  chunks.text =
+      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],"nodes":[{"name":"face","mesh":0,"skin":0},)"
+      R"({"name":"Head","children":[2]},{"name":"LeftEye"}],"skins":[{"joints":[1,2],"inverseBindMatrices":0}],"meshes":[{"primitives":[{)"
+      R"("attributes":{"POSITION":0,"JOINTS_0":1,"WEIGHTS_0":2},"targets":[{"POSITION":3}]}],)"
+      R"("extras":{"targetNames":["eyeLookDownLeft"]}}],"accessors":[)"
+      R"({"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},)"
+      R"({"bufferView":1,"componentType":5121,"count":3,"type":"VEC4"},)"
+      R"({"bufferView":2,"componentType":5126,"count":3,"type":"VEC4"},)"
+      R"({"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[0,1,0],"sparse":{"count":1,)"
+      R"("indices":{"bufferView":3,"componentType":5121},"values":{"bufferView":4}}}],"bufferViews":[)"
+      R"({"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":12},)"
+      R"({"buffer":0,"byteOffset":48,"byteLength":48},{"buffer":0,"byteOffset":96,"byteLength":1},)"
+      R"({"buffer":0,"byteOffset":100,"byteLength":12}],"buffers":[{"byteLength":112}]})";
+  chunks.binary.resize(112);
+  const auto put = [&](std::size_t at, const auto& values) { std::memcpy(&chunks.binary[at], &values, sizeof values); };
+  put(0, std::array<float, 9>{0, 0, 0, 1, 0, 0, 0, 1, 0});
+  put(36, std::array<std::uint8_t, 12>{0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0});
+  put(48, std::array<float, 12>{1, 0, 0, 0, 0.6F, 0.4F, 0, 0, 0.2F, 0.8F, 0, 0});
+  put(96, moved);
+  put(100, std::array<float, 3>{0, 1, 0});
+  return write_glb(chunks);
+}
+
+TEST_F(Avatar, eyes_whose_targets_move_the_lids_alone_turn_their_bones_too) {
+  const auto lids = animate(head_with_eye(1));
+  const auto eyes = animate(head_with_eye(2));
+  ASSERT_TRUE(lids && eyes);
+  for (const auto* made : {&*lids, &*eyes})
+    EXPECT_NEAR(sampled(read_model(made->glb), 0, "weights", 0.7F).at(0), 0.5F, 0.003F);
+  EXPECT_EQ(lids->bones, (std::vector<std::string>{"Head", "LeftEye"}));
+  EXPECT_EQ(eyes->bones, (std::vector<std::string>{"Head"})) << "the target turns the eyeball";
+}
+
+TEST_F(Avatar, vrm_presets_that_are_bound_to_nothing_show_nothing) {
+  const auto file = [&](const char* look) {
+    return glb(
+        mesh({"shut", "shut_l", "shut_r"}), R"({"name":"face","mesh":0},{"name":"J_Eye_L"})",
+        fmt::format(
+            R"(,"extensions":{{"VRMC_vrm":{{"specVersion":"1.0","lookAt":{{"type":"{}"}},"humanoid":{{"humanBones":)"
+            R"({{"leftEye":{{"node":1}}}}}},"expressions":{{"preset":{{"lookDown":{{"isBinary":false}},)"
+            R"("blink":{{"morphTargetBinds":[{{"node":0,"index":0,"weight":1}},{{"node":0,"index":1,"weight":1}},)"
+            R"({{"node":0,"index":2,"weight":1}}]}},)"
+            R"("blinkLeft":{{"morphTargetBinds":[{{"node":0,"index":1,"weight":1}}]}},)"
+            R"("blinkRight":{{"morphTargetBinds":[{{"node":0,"index":2,"weight":1}}]}}}}}}}}}})",
+            look));
+  };
+  for (const char* look : {"bone", "expression"}) {
+    const auto made = animate(file(look));
+    ASSERT_TRUE(made.has_value()) << made.error().cause;
+    const tinygltf::Model model = read_model(made->glb);
+    EXPECT_EQ(made->bones, (std::vector<std::string>{"J_Eye_L"}));
+    EXPECT_EQ(sampled(model, 1, "rotation", 0.7F).size(), 4U);
+    const auto wink = sampled(model, 0, "weights", 0.3F);
+    ASSERT_EQ(wink.size(), 3U);
+    EXPECT_EQ(wink[0], 0.0F);
+    EXPECT_NEAR(wink[1], 1.0F, 0.003F) << "AU45L: the left eye alone";
+    EXPECT_EQ(wink[2], 0.0F);
+  }
 }
 
 TEST_F(Avatar, vrm_expressions_drive_what_they_are_bound_to) {
@@ -206,7 +338,7 @@ TEST_F(Avatar, vrm_expressions_drive_what_they_are_bound_to) {
   EXPECT_EQ(weights[1], 0.0F);
   EXPECT_NEAR(weights[2], 0.5F, 0.003F);
   EXPECT_EQ(made->bones, (std::vector<std::string>{"J_Head"}));
-  EXPECT_EQ(made->unshown, (std::vector<std::string>{"AU64"}));
+  EXPECT_EQ(made->unshown, (std::vector<std::string>{"AU26", "AU64"})) << "jawOpen is bound to what is not there";
 }
 
 TEST_F(Avatar, our_own_file_takes_the_clip_that_it_was_made_with) {
@@ -247,25 +379,51 @@ TEST_F(Avatar, what_is_no_avatar_is_refused) {
   EXPECT_EQ(kind(glb(mesh({"jawOpen"}), R"({"mesh":0,"children":[1]},{"children":[0]})", "")), "bad_avatar");
   EXPECT_EQ(kind(glb(mesh({"jawOpen"}), R"({"mesh":0,"children":[7]})", "")), "bad_avatar");
   EXPECT_EQ(kind(glb(mesh({"jawOpen"}), R"({"mesh":0})", R"(,"animations":3)")), "bad_avatar");
-  auto chunks = read_glb(arkit_avatar(), "avatar");
-  ASSERT_TRUE(chunks.has_value());
-  chunks->json["buffers"][0]["byteLength"] = 4'000'000'000U;
-  EXPECT_EQ(kind(write_glb(*chunks)), "bad_avatar");
+  auto file = read_glb(arkit_avatar(), "avatar");
+  ASSERT_TRUE(file.has_value());
+  std::string& text = file->chunks.text;
+  text.replace(text.rfind(R"("byteLength":36}])"), 17, R"("byteLength":40}])");
+  EXPECT_EQ(kind(write_glb(file->chunks)), "bad_avatar");
+}
+
+TEST_F(Avatar, what_is_nested_long_or_heavy_is_refused_or_kept_within_seconds) {
+  std::string deep(200'000, '[');
+  deep += std::string(200'000, ']');
+  EXPECT_TRUE(animate(glb(mesh({"jawOpen"}), R"({"mesh":0})", ",\"extras\":" + deep)).has_value());
+  std::string chain;
+  for (int n = 1; n <= 100'000; ++n) chain += fmt::format(R"({{"children":[{}]}},)", n);
+  EXPECT_FALSE(animate(glb(mesh({"jawOpen"}), chain + R"({"mesh":0})", "")).has_value());
+  const std::vector<std::string> many(4096, "jawOpen");
+  std::string uses = R"({"mesh":0})";
+  for (int n = 0; n < 100; ++n) uses += R"(,{"mesh":0})";
+  EXPECT_FALSE(animate(glb(mesh(many), uses, "")).has_value());
 }
 
 TEST(AvatarTargets, names_are_matched_without_case_and_punctuation) {
-  for (const char* name : {"eyeBlinkLeft", "EyeBlinkLeft", "eyeBlink_L", "eye-blink-left"}) {
-    const auto units = units_of_target(name);
-    ASSERT_FALSE(units.empty()) << name;
-    EXPECT_EQ(units.front().unit, "AU43L") << name;
-  }
-  EXPECT_EQ(units_of_target("AU12_L").front().unit, "AU12L");
-  EXPECT_EQ(units_of_target("au12right").front().unit, "AU12R");
-  EXPECT_EQ(units_of_target("AU26").front().unit, "AU26");
-  EXPECT_TRUE(units_of_target("fix.lid_upper_L.50").empty());
-  EXPECT_TRUE(units_of_target("viseme_aa").empty());
-  EXPECT_TRUE(units_of_target("").empty());
-  EXPECT_EQ(units_of_target("eyeLookOutLeft").front().unit, units_of_target("eyeLookInRight").front().unit);
+  const auto first = [](const char* name) {
+    const TargetName found = units_of_target(name);
+    return found.units.empty() ? std::string("nothing") : found.units.front().unit;
+  };
+  for (const char* name : {"eyeBlinkLeft", "EyeBlinkLeft", "eyeBlink_L", "eye-blink-left", "EYE_BLINK.L", "eyeBlinkL",
+                           "eyeBlink L", "left_eye_blink", "AU43_L", "au43left", "FACS_AU43Left", "AU043LEyesClosed",
+                           "AU43_Eyes_Closed_L", "L_AU43", "blendShape1.AU43_left"})
+    EXPECT_EQ(first(name), "AU43L") << name;
+  EXPECT_EQ(first("au12right"), "AU12R");
+  EXPECT_EQ(first("AU01_inner_brow_raiser_R"), "AU1R");
+  EXPECT_EQ(first("AU12_lip_corner_puller"), "AU12");
+  EXPECT_EQ(first("AU26"), "AU26");
+  EXPECT_EQ(first("AD19"), "AU19");
+  EXPECT_EQ(first("browInnerUpRight"), "AU1R");
+  EXPECT_EQ(units_of_target("browInnerUpRight").units.size(), 1U);
+  EXPECT_EQ(units_of_target("browInnerUp").units.size(), 2U);
+  EXPECT_EQ(units_of_target("AU18_R").units.back().unit, "AU18") << "moves with either half";
+  for (const char* name :
+       {"fix.lid_upper_L.50", "AU12.50", "AU6+AU12", "AU6_12", "viseme_aa", "our", "AU", "tau12", "", "_L"})
+    EXPECT_EQ(first(name), "nothing") << name;
+  EXPECT_EQ(first("eyeLookOutLeft"), first("eyeLookInRight"));
+  EXPECT_LT(units_of_target("AU12L").set, units_of_target("AU12").set);
+  EXPECT_LT(units_of_target("mouthSmileLeft").set, units_of_target("mouthSmile").set);
+  EXPECT_LT(units_of_target("eyeBlink").set, units_of_target("blinkLeft").set);
 }
 
 }  // namespace
