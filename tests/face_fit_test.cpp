@@ -333,6 +333,25 @@ TEST(FaceFit, what_cannot_be_fitted_is_refused) {
   Places one_place = marks_of_other_person(kMarks);
   for (auto& [name, place] : one_place) place = glm::dvec3(1.0);
   EXPECT_EQ(kind(scan, 0.001, one_place), "fit_flat_landmarks");
+  Places exchanged;
+  for (const auto& [name, place] : marks_of_other_person(kMarks)) {
+    const bool sided = name.ends_with("_L") || name.ends_with("_R");
+    const char* other = name.ends_with("_L") ? "_R" : "_L";
+    exchanged[sided ? name.substr(0, name.size() - 2) + other : name] = place;
+  }
+  EXPECT_EQ(kind(scan, 0.001, exchanged), "fit_mirrored");
+}
+
+TEST(FaceFit, names_the_landmark_that_was_picked_wrongly) {
+  NMS_TOO_SLOW_HERE();
+  Places marks = marks_of_other_person(kMarks);
+  marks.at("eye_outer_R") += glm::dvec3(0.0, 0.025, 0.0);
+  const auto wrong =
+      runtime::fit_face(embedded("faces/ada.x3d"), "ada.x3d", ada_landmarks(), scan_of_other_person(), 0.001, marks);
+  ASSERT_TRUE(wrong.has_value()) << wrong.error().cause;
+  EXPECT_EQ(wrong->furthest_mark, "eye_outer_R");
+  EXPECT_GT(wrong->furthest_mark_off_m, 0.015);
+  EXPECT_LT(wrong->median_mark_off_m, 0.008);
 }
 
 // The mean head of ICT-FaceKit Light, which ada was made from, larger by a tenth: what is left of its surface.

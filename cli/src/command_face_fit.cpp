@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -34,6 +35,7 @@ std::optional<runtime::Places> read_marks(const std::string& path, double unit_m
     return std::nullopt;
   };
   const auto json = nlohmann::json::parse(*text, nullptr, false);
+  if (json.is_discarded()) return wrong("it is no JSON, or a number in it is too large");
   if (!json.is_object()) return wrong("it holds no JSON object");
   runtime::Places marks;
   for (const auto& [name, place] : json.items()) {
@@ -83,6 +85,38 @@ bool write_text(const std::string& path, const std::string& text, lang::Diagnost
   return !failure;
 }
 
+/// Names that the face has no place for: a slip, or what another program puts there.
+void warn_of_unknown(const runtime::Places& marks, const runtime::Places& landmarks, const FaceFitOptions& options,
+                     lang::Diagnostics& diagnostics) {
+  std::vector<std::string> unknown;
+  for (const auto& [name, place] : marks)
+    if (!landmarks.contains(name)) unknown.push_back(name);
+  if (unknown.empty()) return;
+  const std::size_t count = unknown.size();
+  if (count > 8) unknown.resize(8);
+  add_failure(diagnostics,
+              {"unknown_landmark", options.landmarks,
+               fmt::format("{} has no landmark {}{}", options.face, fmt::join(unknown, ", "),
+                           count > 8 ? fmt::format(" and {} more", count - 8) : ""),
+               "docs/for-faces.md lists them; those of two sides end in _L and _R"},
+              lang::Severity::warning);
+}
+
+// A nose may be long by a centimetre; a wrong vertex is picked further away than that, and pulls out a horn.
+constexpr double kStrayFrom = 0.015;  // [m]
+constexpr double kStrayTimes = 4.0;   // as far as landmarks are off in the median
+
+void warn_of_stray(const runtime::FittedFace& fitted, const FaceFitOptions& options, lang::Diagnostics& diagnostics) {
+  if (fitted.furthest_mark_off_m < std::max(kStrayFrom, kStrayTimes * fitted.median_mark_off_m)) return;
+  add_failure(
+      diagnostics,
+      {"fit_stray_landmark", options.landmarks,
+       fmt::format("{} is {:.0f} mm from where the others put it; landmarks are {:.0f} mm off in the median",
+                   fitted.furthest_mark, 1000.0 * fitted.furthest_mark_off_m, 1000.0 * fitted.median_mark_off_m),
+       "look at that place, or leave the landmark out"},
+      lang::Severity::warning);
+}
+
 void run(const GlobalOptions& global, const FaceFitOptions& options, SourceFiles& sources,
          lang::Diagnostics& diagnostics) {
   const auto unit = lang::read_quantity(options.unit);
@@ -120,11 +154,15 @@ void run(const GlobalOptions& global, const FaceFitOptions& options, SourceFiles
     return;
   }
   const auto halves = options.symmetric ? runtime::Halves::alike : runtime::Halves::each;
+  warn_of_unknown(*marks, landmarks, options, diagnostics);
   const auto fitted = runtime::fit_face(surface->text(), surface->path(), landmarks, *scan, unit_m, *marks, halves);
   if (!fitted) {
-    add_failure(diagnostics, fitted.error());
+    program::Failure failure = fitted.error();  // what does not fit is the scan or what is said of it
+    if (failure.kind.starts_with("fit_")) failure.place = failure.kind == "fit_far" ? options.scan : options.landmarks;
+    add_failure(diagnostics, failure);
     return;
   }
+  warn_of_stray(*fitted, options, diagnostics);
   const std::string x3d = std::filesystem::path(options.output).replace_extension(".x3d").string();
   if (!write_text(x3d, runtime::write_face_x3d(fitted->file), diagnostics)) return;
   if (!write_text(options.output, declaration(*name, options.face, fitted->landmarks, options.symmetric), diagnostics))

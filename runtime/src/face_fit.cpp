@@ -258,8 +258,10 @@ class Fit {
     }
     result_.landmarks_used = from.size();
     if (from.size() < kFewest) {
-      return Failure{"fit_few_landmarks", name_, fmt::format("{} landmarks are the face's too", from.size()),
-                     fmt::format("give at least {}, by the face's own names: nasion, mouth_corner_L ...", kFewest)};
+      return Failure{
+          "fit_few_landmarks", name_,
+          fmt::format("only {} of its landmarks {} the face's too", from.size(), from.size() == 1 ? "is" : "are"),
+          fmt::format("give at least {}, by the face's own names: nasion, mouth_corner_L ...", kFewest)};
     }
     glm::dvec3 from_middle(0.0);
     glm::dvec3 to_middle(0.0);
@@ -267,8 +269,6 @@ class Fit {
       from_middle += from[i] / static_cast<double>(from.size());
       to_middle += to[i] / static_cast<double>(from.size());
     }
-    result_.rotation = rotation_between(from, to, from_middle, to_middle);
-    back_ = glm::transpose(result_.rotation);
     double own_size = 0.0;
     double scan_size = 0.0;
     for (std::size_t i = 0; i < from.size(); ++i) {
@@ -285,9 +285,55 @@ class Fit {
                      fmt::format("the scan's landmarks are {:.3g} times as far apart as the face's", scale),
                      "look at the scan's unit"};
     }
+    const std::vector<double> off = distances_off(from, to, from_middle, to_middle, scale);
+    if (auto failure = look_for_mirror(from, to, from_middle, to_middle, scale)) return failure;
+    note_furthest(off);
+    result_.rotation = rotation_between(from, to, from_middle, to_middle);
+    back_ = glm::transpose(result_.rotation);
     result_.translation = to_middle - scale * (result_.rotation * from_middle);
     for (const glm::dvec3& p : to) marks_.push_back(back_ * (p - result_.translation));
     return std::nullopt;
+  }
+
+  /// How far each landmark of the face, turned, scaled and shifted as a whole, is from where the scan has it.
+  static std::vector<double> distances_off(std::span<const glm::dvec3> from, std::span<const glm::dvec3> to,
+                                           glm::dvec3 from_middle, glm::dvec3 to_middle, double scale) {
+    const glm::dmat3 turn = rotation_between(from, to, from_middle, to_middle);
+    std::vector<double> off;
+    for (std::size_t i = 0; i < from.size(); ++i)
+      off.push_back(glm::distance(to[i] - to_middle, scale * (turn * (from[i] - from_middle))));
+    return off;
+  }
+
+  /// A face and its mirror image are nearly alike, but no rotation takes one to the other: left and right exchanged, or
+  /// a scan that was mirrored, turns the face inside out.
+  std::optional<Failure> look_for_mirror(std::span<const glm::dvec3> from, std::span<const glm::dvec3> to,
+                                         glm::dvec3 from_middle, glm::dvec3 to_middle, double scale) const {
+    const auto mean = [&](std::span<const glm::dvec3> own, glm::dvec3 middle) {
+      double sum = 0.0;
+      for (const double d : distances_off(own, to, middle, to_middle, scale)) sum += d;
+      return sum / static_cast<double>(to.size());
+    };
+    std::vector<glm::dvec3> mirrored;
+    for (const glm::dvec3& p : from) mirrored.push_back(mirror(p));
+    const double as_given = mean(from, from_middle);
+    const double exchanged = mean(mirrored, mirror(from_middle));
+    if (exchanged > 0.5 * as_given || as_given < 0.005) return std::nullopt;
+    return Failure{
+        "fit_mirrored", name_,
+        fmt::format("left and right are exchanged: the face's landmarks are {:.0f} mm from the scan's in the "
+                    "mean, their mirror images {:.0f} mm",
+                    1000.0 * as_given, 1000.0 * exchanged),
+        "_L is the subject's own left; if the names are right, the scan is mirrored"};
+  }
+
+  void note_furthest(const std::vector<double>& off) {
+    std::vector<double> sorted = off;
+    std::sort(sorted.begin(), sorted.end());
+    result_.median_mark_off_m = sorted[sorted.size() / 2];
+    const auto furthest = std::max_element(off.begin(), off.end());
+    result_.furthest_mark_off_m = *furthest;
+    result_.furthest_mark = names_[static_cast<std::size_t>(furthest - off.begin())];
   }
 
   std::optional<Failure> meet_landmarks() {

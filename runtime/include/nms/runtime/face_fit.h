@@ -33,6 +33,9 @@ struct FittedFace {
   double before_mean_m = 0.0;  ///< distance of the skin from the scan, by landmarks alone
   double mean_m = 0.0;         ///< in the end
   double p95_m = 0.0;
+  std::string furthest_mark;         ///< which landmark is furthest off as the face is turned, scaled and shifted whole
+  double furthest_mark_off_m = 0.0;  ///< how far
+  double median_mark_off_m = 0.0;    ///< how far landmarks are off there
   std::size_t measured = 0;  ///< vertices that stand before the scan and were compared
 };
 
@@ -55,8 +58,8 @@ struct FittedFace {
 /// @param unit_m     metres in one of the scan's units
 /// @param marks      landmarks on the scan, in metres; those that the face has too are used, at least 6
 /// Failures: those of reading the face; fit_few_landmarks, fit_flat_landmarks (they lie in one plane), fit_other_size
-/// (not 0.4 to 2 times the face's), fit_far (the scan
-/// has nothing near the face: wrong unit or landmarks).
+/// (not 0.4 to 2 times the face's), fit_mirrored (left and right are exchanged), fit_far (the scan has nothing near the
+/// face: wrong unit or landmarks).
 [[nodiscard]] tl::expected<FittedFace, program::Failure> fit_face(std::string_view x3d, std::string_view name,
                                                                   const Places& landmarks, const PolygonMesh& scan,
                                                                   double unit_m, const Places& marks,
