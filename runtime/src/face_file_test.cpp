@@ -1,4 +1,5 @@
 // Readers of faces: what they take, what they refuse, and that all kinds of file say the same.
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -12,6 +13,8 @@
 #include <nms/runtime/face_file.h>
 #include <nms/runtime/face_x3d.h>
 #include <nms/runtime/gltf_export.h>
+#include <nms/runtime/nurbs.h>
+#include <nms/runtime/places_at_rest.h>
 #include <nms/runtime/polygon_mesh.h>
 
 #include "sphere_fit.h"
@@ -333,7 +336,6 @@ TEST(NurbsFace, PartsAndPlacesOnSurfaces) {
   EXPECT_EQ(kind(kXml, "a.x3d", form), "face_no_part");
 }
 
-// Files as they are found, of other programs. NMS_FACES names their folder.
 TEST(NurbsFace, SurfacesAreCalledAsWhatTheyStandIn) {
   const std::string patch =
       "geometry NurbsSurface { uDimension 2 vDimension 2 uOrder 2 vOrder 2 uKnot [ 0 0 1 1 ] vKnot [ 0 0 1 1 ] "
@@ -350,6 +352,7 @@ TEST(NurbsFace, SurfacesAreCalledAsWhatTheyStandIn) {
   EXPECT_EQ(kind(text, "x.wrl", form), "face_no_part");
 }
 
+// Files as they are found, of other programs. NMS_FACES names their folder.
 TEST(NurbsFace, FilesFromTheWildAreRead) {
   const char* given = std::getenv("NMS_FACES");
   const fs::path folder = given != nullptr ? fs::path(given) : fs::path(NMS_SOURCE_DIR) / "../shared/data/faces";
@@ -400,7 +403,31 @@ TEST(FaceX3dWrite, WhatIsWrittenReadsBackTheSame) {
       for (const glm::dvec3& q : face->skin.points) least = std::min(least, glm::distance(p, q));
       EXPECT_LT(least, 1e-7);
     }
-  EXPECT_EQ(face->regions.at("jaw").size(), 16U);
+  const std::vector<float>& jaw = face->regions.at("jaw");
+  ASSERT_EQ(jaw.size(), 16U);
+  std::vector<glm::dvec3> vertices;
+  for (const glm::dvec3& p : places_at_rest(face->skin)) vertices.push_back(p);
+  const auto away = [](const std::vector<glm::dvec3>& places, const glm::dvec3& p) {
+    double least = 1.0;
+    for (const glm::dvec3& q : places) least = std::min(least, glm::distance(p, q));
+    return least;
+  };
+  for (const FaceFileSurface& s : file.surfaces) {
+    for (std::size_t i = 0; i < s.points.size(); ++i)
+      for (std::size_t k = 0; k < 16; ++k)
+        if (glm::distance(face->skin.points[k], s.points[i]) < 1e-7) {
+          EXPECT_NEAR(jaw[k], s.regions.at("jaw")[i], 1e-3F) << i;
+        }
+    // The weights are there: without them the surface lies elsewhere.
+    const auto at = [&](std::vector<double> weights) {
+      const NetSurface& g = s.geometry;
+      return evaluate(NurbsSurface{g.degree_u, g.degree_v, 4, 2, g.knots_u, g.knots_v, s.points, std::move(weights)},
+                      0.5 / 3.0, 0.0)
+          .point;
+    };
+    EXPECT_LT(away(vertices, at(s.geometry.weights)), 1e-6);
+    EXPECT_GT(away(vertices, at(std::vector<double>(8, 1.0))), 1e-4);
+  }
   EXPECT_NEAR(face->materials[0].base_color.x, 0.5F, 2e-3F);
 }
 
@@ -425,6 +452,21 @@ TEST(GltfMeshRead, AFaceThatWasExportedReadsBack) {
   for (const RigidMesh& m : face.rigid)
     for (const Primitive& p : m.primitives) wanted += p.triangles.size() / 3;
   EXPECT_EQ(triangles, wanted);
+  // Each vertex where the face has one, and none of the face left out.
+  std::vector<glm::dvec3> places = places_at_rest(face.skin);
+  for (const RigidMesh& m : face.rigid)
+    for (const glm::vec3& p : m.positions) places.emplace_back(p);
+  const auto far = [](const std::vector<glm::dvec3>& from, const std::vector<glm::dvec3>& to) {
+    double most = 0.0;
+    for (const glm::dvec3& p : from) {
+      double least = 1.0;
+      for (const glm::dvec3& q : to) least = std::min(least, glm::distance(p, q));
+      most = std::max(most, least);
+    }
+    return most;
+  };
+  EXPECT_LT(far(places, mesh->positions), 1e-6);
+  EXPECT_LT(far(mesh->positions, places), 1e-6);
   // Every shorter file, and every byte changed, is refused or read: never more.
   for (std::size_t size = 0; size < bytes.size(); size += 1 + bytes.size() / 97)
     static_cast<void>(read_gltf_mesh(bytes.substr(0, size), "f.glb"));

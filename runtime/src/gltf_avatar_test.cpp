@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <set>
 #include <string>
 
 #include <fmt/format.h>
@@ -179,6 +180,19 @@ TEST_F(Avatar, eyes_without_targets_turn_their_bones_and_a_matrix_becomes_member
   EXPECT_TRUE(model.nodes[5].matrix.empty());
   EXPECT_EQ(model.nodes[5].translation, (std::vector<double>{2, 3, 4}));
   EXPECT_TRUE(made->unshown.empty());
+}
+
+TEST_F(Avatar, targets_of_the_gaze_go_before_eye_bones) {
+  const auto made = animate(glb(mesh({"eyeLookUpLeft", "eyeLookDownLeft", "eyeLookDownRight", "jawOpen"}),
+                                R"({"name":"root","children":[1,2]},{"name":"face","mesh":0},{"name":"LeftEye"})", ""));
+  ASSERT_TRUE(made.has_value());
+  const tinygltf::Model model = read_model(made->glb);
+  const auto weights = sampled(model, 1, "weights", 0.7F);  // 0.5 s: half down
+  ASSERT_EQ(weights.size(), 4U);
+  EXPECT_EQ(weights[0], 0.0F);
+  EXPECT_NEAR(weights[1], 0.5F, 0.003F);
+  EXPECT_NEAR(weights[2], 0.5F, 0.003F);
+  EXPECT_TRUE(made->bones.empty());
 }
 
 TEST_F(Avatar, the_rest_of_the_file_stays_as_it_was) {
@@ -397,6 +411,53 @@ TEST_F(Avatar, what_is_nested_long_or_heavy_is_refused_or_kept_within_seconds) {
   std::string uses = R"({"mesh":0})";
   for (int n = 0; n < 100; ++n) uses += R"(,{"mesh":0})";
   EXPECT_FALSE(animate(glb(mesh(many), uses, "")).has_value());
+}
+
+// ARFaceAnchor.BlendShapeLocation; `#` stands for Left and Right. Three of them no action unit stands for: the mouth
+// goes sideways as a whole, or shuts again what the jaw has opened.
+TEST(AvatarTargets, of_arkits_52_all_but_three_show_units) {
+  const char* names[] = {"browDown#",      "browInnerUp",     "browOuterUp#",    "cheekPuff",       "cheekSquint#",
+                         "eyeBlink#",      "eyeLookDown#",    "eyeLookIn#",      "eyeLookOut#",     "eyeLookUp#",
+                         "eyeSquint#",     "eyeWide#",        "jawForward",      "jawLeft",         "jawOpen",
+                         "jawRight",       "mouthClose",      "mouthDimple#",    "mouthFrown#",     "mouthFunnel",
+                         "mouthLeft",      "mouthLowerDown#", "mouthPress#",     "mouthPucker",     "mouthRight",
+                         "mouthRollLower", "mouthRollUpper",  "mouthShrugLower", "mouthShrugUpper", "mouthSmile#",
+                         "mouthStretch#",  "mouthUpperUp#",   "noseSneer#",      "tongueOut"};
+  const std::set<std::string> unshown{"mouthClose", "mouthLeft", "mouthRight"};
+  const auto mirrored = [](std::vector<UnitShare> units) {
+    for (UnitShare& u : units) {
+      if (u.unit.ends_with('L')) {
+        u.unit.back() = 'R';
+      } else if (u.unit.ends_with('R')) {
+        u.unit.back() = 'L';
+      } else if (u.unit == "AU61" || u.unit == "AU62") {
+        u.unit = u.unit == "AU61" ? "AU62" : "AU61";
+      }
+    }
+    return units;
+  };
+  const auto said = [](const std::vector<UnitShare>& units) {
+    std::string text;
+    for (const UnitShare& u : units) text += u.unit + " " + std::to_string(u.share) + " ";
+    return text;
+  };
+  std::size_t count = 0;
+  for (const std::string name : names) {
+    if (!name.ends_with('#')) {
+      ++count;
+      EXPECT_EQ(units_of_target(name).units.empty(), unshown.contains(name)) << name;
+      continue;
+    }
+    count += 2;
+    const std::string stem = name.substr(0, name.size() - 1);
+    const auto left = units_of_target(stem + "Left").units;
+    EXPECT_FALSE(left.empty()) << name;
+    EXPECT_EQ(said(units_of_target(stem + "Right").units), said(mirrored(left))) << name;
+    for (const UnitShare& u : left) EXPECT_FALSE(u.unit.ends_with('R')) << name;
+  }
+  EXPECT_EQ(count, 52U);
+  EXPECT_EQ(said(units_of_target("jawRight").units), said(mirrored(units_of_target("jawLeft").units)));
+  EXPECT_EQ(units_of_target("eyeLookOutLeft").units.front().unit, "AU61") << "the eyes turn to the subject's left";
 }
 
 TEST(AvatarTargets, names_are_matched_without_case_and_punctuation) {
