@@ -432,6 +432,11 @@ expect 1 "build on half an avatar" "$nmsc" build good.nms --clip look --on cut.g
 expect 1 "build on no avatar" "$nmsc" build good.nms --clip look --on nowhere.glb -o again.glb
 holds "a build on no avatar writes nothing" test ! -e again.glb
 printf 'au 299 "Glow" { track mouth }\ntimeline wall 1s { AU299 over 0.2s..0.6s }\n' >wall.nms
+for option in "--face ada" --all-targets "--max-error 0.2mm" --report --dense --quantize "--lexicon asl"; do
+  expect 2 "build on an avatar with $option" "$nmsc" build good.nms --on still.glb $option -o again.glb
+done
+expect 2 "corrections of no error" "$nmsc" build good.nms --max-corrections 3 -o again.glb
+holds "builds on avatars that fail write nothing" test ! -e again.glb
 expect 0 "build what an avatar cannot show" "$nmsc" build wall.nms --on still.glb -o wall.glb
 says "build what an avatar cannot show" "not_on_avatar"
 
@@ -523,6 +528,29 @@ says "face fit to a name that is none" "bad_name"
 expect 1 "face fit in seconds" "$nmsc" face fit scan.obj --landmarks marks.json --unit 1s -o me.nms
 holds "fits that fail write nothing" test ! -e me.nms -a ! -e me.x3d -a ! -e a-b.nms
 
+cat >tri.obj <<'OBJ'
+v 0 -64 110
+v 43 -59 77
+v -43 -59 77
+f 1 2 3
+OBJ
+cat >slips.nms <<'NMS'
+face slips {
+  surface "tri.obj"
+  unit 1mm
+  landmark nose_tp vertex 0
+  landmark ala vertex 1
+  landmark pogonion sides vertex 1 2
+}
+NMS
+expect 0 "face check of misspelt landmarks" "$nmsc" face check slips.nms
+holds "a misspelt landmark" grep -q "look at nose_tp: no muscle asks for .*did you mean nose_tip?" out
+holds "a landmark without its sides" grep -q "look at ala: it has two sides" out
+holds "a landmark with sides that it has not" grep -q "look at pogonion: it has no sides" out
+printf 'face bare { unit 1mm }\n' >bare.nms
+expect 1 "a face without a surface" "$nmsc" face check bare.nms
+says "a face without a surface" "bare.nms:1:6: error missing_property"
+
 # ---- Pictures of the face
 tiny=(--size 24x30 -o sheet.png)
 expect 0 "preview" "$nmsc" preview good.nms --clip smile --at 0,1s --view front,side "${tiny[@]}"
@@ -542,6 +570,10 @@ expect 1 "preview at no time" "$nmsc" preview good.nms --clip smile --at noon "$
 says "preview at no time" "bad_time"
 expect 1 "preview of a broken source" "$nmsc" preview bad.nms --clip t "${tiny[@]}"
 holds "a preview that fails writes nothing" test ! -e sheet.png
+for option in "--clip smile" "--at 1"; do
+  expect 2 "a chart with $option" "$nmsc" preview --each-au $option "${tiny[@]}"
+done
+for at in 0.5m 0.5u 3n; do expect 1 "preview at $at" "$nmsc" preview good.nms --clip smile --at $at "${tiny[@]}"; done
 expect 2 "preview without a clip" "$nmsc" preview good.nms "${tiny[@]}"
 expect 2 "preview too large" "$nmsc" preview good.nms --clip smile --size 90000x3 -o sheet.png
 no_leftovers preview
@@ -555,6 +587,10 @@ expect 2 "no such command" "$nmsc" frob
 says "no such command" "there is no command frob"
 expect 2 "a command misspelt" "$nmsc" chek good.nms
 says "a command misspelt" "did you mean check?"
+expect 2 "a command of faces misspelt" "$nmsc" face chek ada
+says "a command of faces misspelt" "there is no command face chek; did you mean check?"
+expect 2 "the fit of muscles" "$nmsc" fit
+says "the fit of muscles" "nmsc-fit"
 printf 'timeline t 2s { AU17 over 1s..1.05s }\npose p = 80%% AU12 + 80%% AU12\n' >warns.nms
 warned() {
   local want=$1 many=$2

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <nms/lang/diagnostic.h>
 #include <nms/program/enum_names.h>
 #include <nms/runtime/face_file.h>
 #include <nms/runtime/landmark_set.h>
@@ -229,13 +230,44 @@ void doubt_order(const runtime::Landmarks& landmarks, std::vector<Doubt>& doubts
       "nearer to the midline than");
 }
 
+/// Names that no muscle asks for: slips, and sided places that are given as if there were one.
+void doubt_names(const runtime::Landmarks& landmarks, const program::Program& program, std::vector<Doubt>& doubts) {
+  std::set<std::string> asked;
+  for (const program::Muscle& m : program.muscles)
+    for (const program::StringId place : {m.attachment, m.insertion}) asked.emplace(program.string(place));
+  std::map<std::string, bool> sided;
+  std::vector<std::string> names;
+  for (const runtime::LandmarkInfo& info : runtime::landmark_set()) {
+    sided[std::string(info.name)] = info.sided;
+    names.emplace_back(info.name);
+  }
+  std::set<std::string> doubted;
+  const auto doubt = [&](const std::string& name, std::string cause) {
+    if (doubted.insert(name).second) doubts.push_back({name, std::move(cause)});
+  };
+  for (const auto& [name, p] : landmarks) {
+    const std::string base = base_of(name);
+    const auto known = sided.find(base);
+    if (known != sided.end() && known->second != (side_of(name) != ' ')) {
+      doubt(base, known->second ? "it has two sides: landmark NAME sides, or NAME_L and NAME_R" : "it has no sides");
+    } else if (known == sided.end() && !asked.contains(base)) {
+      const auto close = lang::nearest(base, names);
+      doubt(base, close.empty()
+                      ? std::string("no muscle asks for a place of that name")
+                      : fmt::format("no muscle asks for a place of that name; did you mean {}?", close.front()));
+    }
+  }
+}
+
 /// Places that are there and look wrong: off the skin, out of order, or on one side far from where the other says.
-std::vector<Doubt> doubts_of(const runtime::Face& face, const runtime::Landmarks& landmarks) {
+std::vector<Doubt> doubts_of(const runtime::Face& face, const program::Program& program,
+                             const runtime::Landmarks& landmarks) {
   static const std::set<std::string> kInside = {"eye_centre", "head_pivot",        "torso_pivot", "jaw_hinge",
                                                 "stomion",    "buccinator_origin", "neck_side",   "platysma_clavicle",
                                                 "jaw_angle",  "masseter",          "nostril"};
   const runtime::FaceScale scale = runtime::face_scale(landmarks);
   std::vector<Doubt> doubts;
+  doubt_names(landmarks, program, doubts);
   doubt_sides(landmarks, doubts);
   doubt_order(landmarks, doubts);
   for (const auto& [name, p] : landmarks) {
@@ -288,7 +320,7 @@ Findings look(const runtime::Face& face, const program::Program& program, const 
       found.landmarks.push_back(lack_of(face, program, gap.name, "a place that a muscle asks for", gaps));
   }
   found.parts = missing_parts(face, program);
-  found.doubts = doubts_of(face, landmarks);
+  found.doubts = doubts_of(face, program, landmarks);
   found.channels = program.channels.size();
   for (std::uint32_t c = 0; c < program.channels.size(); ++c)
     found.shown += rig.actuated(program::ChannelId{c}) ? 1U : 0U;

@@ -24,7 +24,7 @@ std::optional<runtime::GltfOptions> gltf_options(const BuildOptions& options, la
   if (!length || length->unit != lang::Unit::length || length->value < kLeastError_mm) {
     add_failure(diagnostics, {"bad_length", "--max-error",
                               fmt::format("\"{}\" is not a length of 0.01 mm or more", options.max_error),
-                              "write it with its unit: 0.2mm"});
+                              "write a plain number with its unit: 0.2mm"});
     return std::nullopt;
   }
   wanted.max_error_m = length->value / 1000.0;

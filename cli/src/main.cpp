@@ -49,14 +49,22 @@ CLI::Option* add_format(CLI::App* command, bool& json) {
       ->type_name("FORMAT");
 }
 
-/// What is wrong with the command's name, if that is what is wrong.
+/// What is wrong with the command's name, `build` or `face check`, if that is what is wrong.
 std::string wrong_command(const CLI::App& app, int argc, char** argv) {
-  if (argc < 2 || argv[1][0] == '-' || !app.get_subcommands().empty()) return {};
+  if (argc < 2 || argv[1][0] == '-') return {};
+  const std::vector<CLI::App*> chosen = app.get_subcommands();
+  const CLI::App* of = chosen.empty() ? &app : chosen.front();
+  const int at = chosen.empty() ? 1 : 2;
+  if (at >= argc || argv[at][0] == '-' || !of->get_subcommands().empty()) return {};
   std::vector<std::string> names;
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+  for (const CLI::App* command : of->get_subcommands([](const CLI::App*) { return true; }))
     names.push_back(command->get_name());
-  const auto close = nms::lang::nearest(argv[1], names);
-  return fmt::format("there is no command {}{}", argv[1],
+  if (names.empty()) return {};
+  const std::string asked = at == 1 ? argv[at] : fmt::format("{} {}", argv[1], argv[at]);
+  if (asked == "fit")
+    return "there is no command fit; nmsc face fit lays a face onto a scan, nmsc-fit beside nmsc fits muscles";
+  const auto close = nms::lang::nearest(argv[at], names);
+  return fmt::format("there is no command {}{}", asked,
                      close.empty() ? std::string() : fmt::format("; did you mean {}?", close.front()));
 }
 
@@ -129,9 +137,10 @@ int main(int argc, char** argv) try {
       ->type_name("NAME")
       ->take_all()
       ->expected(1);
-  build_command
-      ->add_option("--on", build_options.avatar, "Write the clips into this avatar: ARKit, VRM 1.0 or FACS names")
-      ->type_name("AVATAR.glb");
+  CLI::Option* on_avatar =
+      build_command
+          ->add_option("--on", build_options.avatar, "Write the clips into this avatar: ARKit, VRM 1.0 or FACS names")
+          ->type_name("AVATAR.glb");
   build_command->add_flag("--all-targets", build_options.all_targets,
                           "Write every action unit the face can show, not only those used");
   build_command
@@ -151,6 +160,11 @@ int main(int argc, char** argv) try {
                           "Plain accessors for morph targets, for importers without sparse ones");
   build_command->add_flag("--quantize", build_options.quantize,
                           "Vertices in whole numbers (KHR_mesh_quantization): less than half of the size");
+  // An avatar brings its own face, and its targets as they are.
+  for (const char* of_faces : {"--lexicon", "--face", "--all-targets", "--max-error", "--max-corrections", "--report",
+                               "--dense", "--quantize"})
+    on_avatar->excludes(of_faces);
+  build_command->get_option("--max-corrections")->needs("--max-error");
   build_command->callback([&] {
     if (build_options.files.empty() && build_options.lexicon.empty()) throw CLI::RequiredError("FILE or --lexicon");
     chosen = [&] {
@@ -299,8 +313,10 @@ int main(int argc, char** argv) try {
   preview_command->add_option("--columns", preview_options.columns, "Pictures in a row")
       ->check(CLI::Range(1, 100))
       ->type_name("N");
-  preview_command->add_flag("--each-au", preview_options.each_au,
-                            "Every action unit the face can show, instead of a clip");
+  preview_command
+      ->add_flag("--each-au", preview_options.each_au, "Every action unit the face can show, instead of a clip")
+      ->excludes("--clip")
+      ->excludes("--at");
   preview_command->callback([&] {
     if (!size.empty()) {
       const auto [width, height] = picture_size(size);

@@ -12,6 +12,8 @@ namespace {
 std::optional<std::int64_t> read_time(std::string_view text) {
   const auto q = lang::read_quantity(text);
   if (q && q->unit == lang::Unit::time) return q->nanoseconds;
+  // Of "0.5m" and "0.5u" an s would make milli- and microseconds.
+  if (!q || q->unit != lang::Unit::none) return std::nullopt;
   const auto seconds = lang::read_quantity(std::string(text) + "s");
   if (seconds && seconds->unit == lang::Unit::time) return seconds->nanoseconds;
   return std::nullopt;

@@ -34,6 +34,9 @@ class FaceBuilder {
       else if (item.is(NodeKind::landmark))
         landmark(item);
     }
+    if (!surface_given_)
+      evaluator_.report(scope_, face_.node.child(NodeKind::name),
+                        MissingProperty{"surface, the file of its geometry", std::string(face_.name)});
     if (!up_given_ && same_axis()) reference_.up = program::Axis::z;
     if (!forward_given_ && same_axis())
       reference_.forward = reference_.up == program::Axis::z ? program::Axis::minus_y : program::Axis::y;
@@ -53,7 +56,9 @@ class FaceBuilder {
     const std::string_view name = p.at(0).text();
     const NodeRef value = p.at(1);
     if (name == "surface") {
-      if (!value || !value.is(NodeKind::string)) return bad(p, "the name of a file: surface \"ada.x3d\"");
+      surface_given_ = true;
+      if (!value || !value.is(NodeKind::string) || unquoted(value).empty())
+        return bad(p, "the name of a file: surface \"ada.x3d\"");
       reference_.surface = emitter_.string(unquoted(value));
     } else if (name == "unit") {
       unit(p);
@@ -218,6 +223,7 @@ class FaceBuilder {
   Emitter& emitter_;
   Scope scope_;
   program::FaceReference reference_;
+  bool surface_given_ = false;
   bool up_given_ = false;
   bool forward_given_ = false;
   std::vector<std::string> names_;

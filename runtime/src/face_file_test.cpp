@@ -59,6 +59,14 @@ TEST(ObjRead, CountsBackwardsAndGoesOnAfterABackslash) {
   EXPECT_EQ(mesh->pieces[0].triangles[0], (std::array<std::uint32_t, 3>{0, 1, 2}));
 }
 
+TEST(ObjRead, NumbersMayHaveASignAndACommentBehindThem) {
+  const auto mesh = read_obj("v +1.5 -0 +2e0 # first\nv 0 0 0#\nv 0 1 0\ng #1\nf 1 2 3 # all\n", "q.obj");
+  ASSERT_TRUE(mesh) << mesh.error().cause;
+  EXPECT_EQ(mesh->positions[0], glm::dvec3(1.5, 0.0, 2.0));
+  EXPECT_EQ(mesh->pieces[0].names, std::vector<std::string>{"#1"});
+  EXPECT_FALSE(read_obj("v +-1 0 0\nv 0 0 0\nv 0 1 0\nf 1 2 3\n", "q.obj"));
+}
+
 // Mirrored quads are cut alike, wherever their corners begin.
 TEST(ObjRead, CutsQuadsAlongTheirShorterDiagonal) {
   const std::string slanted = "v 0 0 0\nv 3 0 0\nv 4 1 0\nv 1 1 0\nv 0 0 0\nv -3 0 0\nv -4 1 0\nv -1 1 0\n";
@@ -136,6 +144,8 @@ TEST(PolygonFace, PartsAreTakenByNameAndByVertices) {
   EXPECT_EQ(face->rigid[0].frame, Frame::jaw);
   form.parts.push_back({program::FacePartKind::tongue, "tongue", 0, program::kNone});
   EXPECT_EQ(kind(text, "x.obj", form), "face_no_part");
+  form.parts = {{program::FacePartKind::skin, "*", 0, program::kNone}};
+  EXPECT_EQ(kind(std::string(kQuad) + "f 1 2 3\n", "x.obj", form), "none") << "what has no name fits too";
   form.parts = {{program::FacePartKind::skin, "rest", 0, program::kNone}};
   form.bounded = true;
   form.low = glm::dvec3(5.0);
@@ -275,6 +285,23 @@ TEST(VrmlRead, AllThreeSpellingsAreOneFace) {
     EXPECT_EQ(face->skin.surface.value, xml->skin.surface.value);
     ASSERT_EQ(face->materials.size(), xml->materials.size());
     EXPECT_EQ(face->materials[0].base_color, xml->materials[0].base_color);
+  }
+}
+
+// A scale along axes of its own: twice as long along the diagonal, turned by a right angle about a centre.
+TEST(VrmlRead, ScalesAlongItsOwnAxes) {
+  const std::string patch =
+      "Transform { center 1 0 0 rotation 0 0 1 1.5707963267948966 scaleOrientation 0 0 1 0.7853981633974483 scale 2 1 "
+      "1 "
+      "children Shape { geometry NurbsPatchSurface { uDimension 2 vDimension 2 uOrder 2 vOrder 2 controlPoint "
+      "Coordinate { point [ 1 0 0 2 1 0 0 1 0 1 2 0 ] } } } }";
+  const auto face = read_face("#X3D V3.3 utf8\n" + patch, "u.x3dv", {});
+  ASSERT_TRUE(face) << face.error().cause;
+  // (2, 1) is on the diagonal through the centre; (0, 1) across it.
+  for (const glm::dvec3 wanted : {glm::dvec3(1, 0, 0), glm::dvec3(-1, 2, 0), glm::dvec3(0, -1, 0)}) {
+    double nearest = 10.0;
+    for (const glm::dvec3& p : face->skin.points) nearest = std::min(nearest, glm::distance(p, wanted));
+    EXPECT_LT(nearest, 1e-12) << wanted.x << ' ' << wanted.y;
   }
 }
 

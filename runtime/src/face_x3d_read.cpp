@@ -362,30 +362,35 @@ class SceneReader {
     return index;
   }
 
+  /// The turn of an SFRotation: axis and angle.
+  glm::dmat3 turn_of(const std::vector<double>& r) const {
+    const double angle = r.size() == 4 ? r[3] * angle_unit_ : 0.0;
+    const double length = angle == 0.0 ? 0.0 : std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
+    if (length <= 0.0 || std::abs(angle) >= 1e5) return glm::dmat3(1.0);
+    const glm::dvec3 a = glm::dvec3(r[0], r[1], r[2]) / length;
+    const double co = cosine(angle);
+    const double si = sine(angle);
+    return {{co + a.x * a.x * (1 - co), a.x * a.y * (1 - co) + a.z * si, a.x * a.z * (1 - co) - a.y * si},
+            {a.x * a.y * (1 - co) - a.z * si, co + a.y * a.y * (1 - co), a.y * a.z * (1 - co) + a.x * si},
+            {a.x * a.z * (1 - co) + a.y * si, a.y * a.z * (1 - co) - a.x * si, co + a.z * a.z * (1 - co)}};
+  }
+
+  /// P' = T C R SR S -SR -C P (ISO/IEC 19775-1, 10.4.4).
   Maybe transform_of(const pugi::xml_node& node, glm::dmat4& out) const {
-    std::vector<double> t, r, s, c;
+    std::vector<double> t, r, s, o, c;
     if (auto f = numbers(node, "translation", 3, t)) return f;
     if (auto f = numbers(node, "rotation", 4, r)) return f;
     if (auto f = numbers(node, "scale", 3, s)) return f;
+    if (auto f = numbers(node, "scaleOrientation", 4, o)) return f;
     if (auto f = numbers(node, "center", 3, c)) return f;
     const auto vec = [](const std::vector<double>& n, double otherwise) {
       return n.size() == 3 ? glm::dvec3(n[0], n[1], n[2]) : glm::dvec3(otherwise);
     };
-    glm::dmat3 linear{1.0};
-    if (r.size() == 4) r[3] *= angle_unit_;
-    if (r.size() == 4 && r[3] != 0.0) {
-      const double length = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
-      if (length > 0.0 && std::abs(r[3]) < 1e5) {
-        const glm::dvec3 a = glm::dvec3(r[0], r[1], r[2]) / length;
-        const double co = cosine(r[3]);
-        const double si = sine(r[3]);
-        linear[0] = {co + a.x * a.x * (1 - co), a.x * a.y * (1 - co) + a.z * si, a.x * a.z * (1 - co) - a.y * si};
-        linear[1] = {a.x * a.y * (1 - co) - a.z * si, co + a.y * a.y * (1 - co), a.y * a.z * (1 - co) + a.x * si};
-        linear[2] = {a.x * a.z * (1 - co) + a.y * si, a.y * a.z * (1 - co) - a.x * si, co + a.z * a.z * (1 - co)};
-      }
-    }
+    const glm::dmat3 stretched = turn_of(o);
     const glm::dvec3 scale = vec(s, 1.0);
+    glm::dmat3 linear = turn_of(r) * stretched;
     for (int k = 0; k < 3; ++k) linear[k] *= scale[k];
+    linear = linear * glm::transpose(stretched);
     const glm::dvec3 center = vec(c, 0.0);
     glm::dmat4 m{linear};
     m[3] = glm::dvec4(vec(t, 0.0) + center - linear * center, 1.0);

@@ -492,6 +492,31 @@ TEST_F(GltfExport, AskedForAnErrorItHoldsItInPlacesAndNormals) {
   }
 }
 
+/// Vertices that a file's corrective targets shift.
+std::size_t corrected(const std::vector<std::byte>& bytes) {
+  const tinygltf::Model model = read_model(bytes);
+  const std::vector<std::string> names = target_names(model);
+  std::size_t count = 0;
+  for (std::size_t t = 0; t < names.size(); ++t) {
+    if (!names[t].starts_with("fix")) continue;
+    for (const glm::vec3& shift : vectors(model, model.meshes[0].primitives[0].targets[t].at("POSITION")))
+      count += shift != glm::vec3(0.0F) ? 1U : 0U;
+  }
+  return count;
+}
+
+// Rounding to a grid, which is everywhere, is not what they are for.
+TEST_F(GltfExport, CorrectiveTargetsOfAQuantizedMeshReachNoFurther) {
+  GltfOptions options = only_default();
+  options.max_error_m = 0.0002;
+  const auto plain = export_glb(face_, rig_, image_.program(), options);
+  options.quantize = true;
+  const auto quantized = export_glb(face_, rig_, image_.program(), options);
+  ASSERT_TRUE(plain && quantized);
+  EXPECT_GT(corrected(*plain), 0U);
+  EXPECT_LT(corrected(*quantized), 3 * corrected(*plain) / 2);
+}
+
 /// A clip of a file as a viewer shows it: the skin's targets added up between keys.
 class ShownSkin {
  public:

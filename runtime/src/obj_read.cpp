@@ -85,8 +85,11 @@ class ObjReader {
   Maybe read_line(std::string_view line) {
     Words words(line);
     const std::string_view key = words.next();
-    if (key == "v") return vertex(words);
-    if (key == "f") return polygon(words);
+    if (key == "v" || key == "f") {
+      words = Words(line.substr(0, line.find('#')));  // names may hold a #, numbers end before it
+      words.next();
+      return key == "v" ? vertex(words) : polygon(words);
+    }
     if (key == "g") {
       groups_.clear();
       for (std::string_view g = words.next(); !g.empty() && groups_.size() < 16; g = words.next())
@@ -107,7 +110,8 @@ class ObjReader {
       return too_large(fmt::format("it has more than {} vertices", limits_.vertices));
     glm::dvec3 p(0.0);
     for (int k = 0; k < 3; ++k) {
-      const std::string_view word = words.next();
+      std::string_view word = words.next();
+      if (word.starts_with('+') && !word.starts_with("+-")) word.remove_prefix(1);
       const auto [end, error] = fast_float::from_chars(word.data(), word.data() + word.size(), p[k]);
       if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(p[k]) || std::abs(p[k]) > 1e9) {
         return Failure{"face_bad_number", place(), fmt::format("\"{}\" is no coordinate", word.substr(0, 40)),

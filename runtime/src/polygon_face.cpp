@@ -120,7 +120,8 @@ class PolygonFace {
   }
 
   static bool named(const FaceForm::Part& part, const PolygonMesh::Piece& piece) {
-    return part.name.empty() || std::any_of(piece.names.begin(), piece.names.end(),
+    // What has no name is part of "all" too.
+    return part.name.empty() || part.name == "*" || std::any_of(piece.names.begin(), piece.names.end(),
                                             [&](const std::string& n) { return fits(part.name, n); });
   }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <glm/geometric.hpp>
 
 #include <nms/runtime/face_file.h>
 
@@ -22,6 +23,9 @@ constexpr double kKeyShare = 0.08;
 constexpr double kCorrectionTolerance = 0.02;  // of a correction, itself below 3 mm
 // Of what the error allowed, targets may use so much; the rest is for keys.
 constexpr double kResidualShare = 0.75;
+// What lacks less than this share of what may be lacking stays as it is: a correction is as small as its cause, also
+// where vertices stand on a grid and lack some of its rounding everywhere.
+constexpr float kLeftAlone = 0.1F;
 constexpr std::size_t kWorkingFields = 256;
 constexpr std::size_t kFieldsAtATime = 24;
 constexpr std::int64_t kApart_ns = 40'000'000;
@@ -161,8 +165,8 @@ void ResidualSearch::append(std::span<const glm::vec3> lacking, std::size_t at) 
   const std::size_t count = m_.linear.positions.size();
   LinearMesh::Target target = still_target(m_);
   for (std::size_t v = 0; v < count; ++v) {
-    target.moved[v] = static_cast<float>(m_.lack_m) * lacking[v];
-    target.turned[v] = m_.lack_turn * lacking[count + v];
+    if (glm::length(lacking[v]) > kLeftAlone) target.moved[v] = static_cast<float>(m_.lack_m) * lacking[v];
+    if (glm::length(lacking[count + v]) > kLeftAlone) target.turned[v] = m_.lack_turn * lacking[count + v];
   }
   target = without_dust(std::move(target));
   if (m_.grid) {
