@@ -506,6 +506,50 @@ TEST(GltfMeshRead, AFaceThatWasExportedReadsBack) {
   }
 }
 
+// A skin's joints say where its vertices are, and not the mesh's own node: in a quantized file the difference is the
+// grid.
+TEST(GltfMeshRead, SkinsStandWhereTheirJointsPutThem) {
+  const program::Image image = test_program("");
+  const Face face = test_face();
+  const auto rig = bind(face, image.program());
+  ASSERT_TRUE(rig);
+  const std::vector<glm::dvec3> wanted = places_at_rest(face.skin);
+  for (const bool quantize : {false, true}) {
+    GltfOptions options;
+    options.all_targets = true;
+    options.quantize = quantize;
+    const auto glb = export_glb(face, *rig, image.program(), options);
+    ASSERT_TRUE(glb) << glb.error().cause;
+    const auto mesh = read_gltf_mesh({reinterpret_cast<const char*>(glb->data()), glb->size()}, "f.glb");
+    ASSERT_TRUE(mesh) << mesh.error().place << mesh.error().cause;
+    ASSERT_GE(mesh->positions.size(), wanted.size());
+    double furthest = 0.0;
+    for (const glm::dvec3& p : wanted) {
+      double nearest = 1.0;
+      for (const glm::dvec3& q : mesh->positions) nearest = std::min(nearest, glm::distance(p, q));
+      furthest = std::max(furthest, nearest);
+    }
+    EXPECT_LT(furthest, 2e-5) << quantize;
+  }
+}
+
+TEST(GltfMeshRead, WhatIsMirroredIsNotInsideOut) {
+  const auto corners = [](const char* scale) {
+    const auto mesh = read_gltf_mesh(
+        std::string(R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0,"scale":)") +
+            scale +
+            R"(}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[)"
+            R"({"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],"bufferViews":[{"buffer":0,"byteLength":36}],)"
+            R"("buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})",
+        "m.gltf");
+    EXPECT_TRUE(mesh) << mesh.error().cause;
+    return mesh->pieces.at(0).triangles.at(0);
+  };
+  EXPECT_EQ(corners("[1,1,1]"), (std::array<std::uint32_t, 3>{0, 1, 2}));
+  EXPECT_EQ(corners("[-1,1,1]"), (std::array<std::uint32_t, 3>{0, 2, 1}));
+  EXPECT_EQ(corners("[-1,-1,1]"), (std::array<std::uint32_t, 3>{0, 1, 2}));
+}
+
 TEST(GltfMeshRead, HostileFilesAreRefused) {
   EXPECT_EQ(kind("glTF", "x.glb"), "face_not_gltf");
   EXPECT_EQ(kind("{}", "x.gltf"), "face_not_gltf");

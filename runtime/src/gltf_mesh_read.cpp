@@ -6,10 +6,13 @@
 #include <string>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <glm/gtc/quaternion.hpp>
+#include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
+#include <glm/matrix.hpp>
 
 #include <tiny_gltf.h>
 
@@ -34,6 +37,12 @@ struct Numbers {
   bool normalized = false;
 };
 
+/// What puts a mesh where it is shown: its node, or the joints of its skin.
+struct Placed {
+  std::vector<glm::dmat4> by;
+  bool skinned = false;
+};
+
 class GltfReader {
  public:
   GltfReader(std::string_view name, const PolygonLimits& limits) : name_(name), limits_(limits) {}
@@ -41,6 +50,7 @@ class GltfReader {
   tl::expected<PolygonMesh, Failure> run(std::string_view bytes) {
     if (bytes.size() > limits_.bytes) return tl::unexpected(too_large(fmt::format("it has {} bytes", bytes.size())));
     if (auto failure = load(bytes)) return tl::unexpected(std::move(*failure));
+    if (auto failure = find_parents()) return tl::unexpected(std::move(*failure));
     if (!model_.scenes.empty()) {
       const auto scene =
           static_cast<std::size_t>(std::clamp<int>(model_.defaultScene, 0, static_cast<int>(model_.scenes.size()) - 1));
@@ -48,7 +58,8 @@ class GltfReader {
         if (auto failure = walk(node, glm::dmat4(1.0), 0)) return tl::unexpected(std::move(*failure));
     } else {
       for (std::size_t m = 0; m < model_.meshes.size(); ++m)
-        if (auto failure = mesh(model_.meshes[m], "", glm::dmat4(1.0))) return tl::unexpected(std::move(*failure));
+        if (auto failure = mesh(model_.meshes[m], "", {{glm::dmat4(1.0)}, false}))
+          return tl::unexpected(std::move(*failure));
     }
     if (triangles_ == 0) {
       return tl::unexpected(Failure{"face_empty", std::string(name_), "its scene shows no triangles",
@@ -116,10 +127,52 @@ class GltfReader {
     const glm::dmat4 here = parent * local(node);
     if (node.mesh >= 0) {
       if (!has(model_.meshes, node.mesh)) return bad(fmt::format("node {}", index), "its mesh is not there");
-      if (auto failure = mesh(model_.meshes[static_cast<std::size_t>(node.mesh)], node.name, here)) return failure;
+      Placed placed{{here}, false};
+      if (node.skin >= 0) {
+        if (auto failure = joints_at_rest(node.skin, placed)) return failure;
+      }
+      if (auto failure = mesh(model_.meshes[static_cast<std::size_t>(node.mesh)], node.name, placed)) return failure;
     }
     for (const int child : node.children)
       if (auto failure = walk(child, here, depth + 1)) return failure;
+    return std::nullopt;
+  }
+
+  Maybe find_parents() {
+    parents_.assign(model_.nodes.size(), -1);
+    for (std::size_t n = 0; n < model_.nodes.size(); ++n)
+      for (const int child : model_.nodes[n].children) {
+        if (!has(model_.nodes, child)) return bad(fmt::format("node {}", n), fmt::format("there is no node {}", child));
+        parents_[static_cast<std::size_t>(child)] = static_cast<int>(n);
+      }
+    return std::nullopt;
+  }
+
+  /// A skin's joints in the scene, each behind its inverse bind matrix: they place vertices, whatever the mesh's own
+  /// node says (glTF 2.0, 3.7.3.3).
+  Maybe joints_at_rest(int index, Placed& out) const {
+    if (!has(model_.skins, index)) return bad("skins", fmt::format("there is no skin {}", index));
+    const tinygltf::Skin& skin = model_.skins[static_cast<std::size_t>(index)];
+    const std::string where = fmt::format("skin '{}'", skin.name.substr(0, 60));
+    if (skin.joints.empty() || skin.joints.size() > kMaxUses) return bad(where, "it has no joints, or too many");
+    std::optional<Numbers> binds;
+    if (skin.inverseBindMatrices >= 0) {
+      binds = numbers(skin.inverseBindMatrices, 16);
+      if (!binds || binds->count < skin.joints.size()) return bad(where, "its inverse bind matrices are not there");
+    }
+    out = {{}, true};
+    for (std::size_t j = 0; j < skin.joints.size(); ++j) {
+      glm::dmat4 m(1.0);
+      for (std::size_t i = 0; binds && i < 16; ++i)
+        m[static_cast<int>(i / 4)][static_cast<int>(i % 4)] = number(*binds, j, i);
+      int depth = 0;
+      for (int n = skin.joints[j]; n >= 0; n = parents_[static_cast<std::size_t>(n)]) {
+        if (!has(model_.nodes, n)) return bad(where, fmt::format("there is no node {}", n));
+        if (++depth > kMaxDepth) return bad(fmt::format("node {}", n), "nodes are nested without end");
+        m = local(model_.nodes[static_cast<std::size_t>(n)]) * m;
+      }
+      out.by.push_back(m);
+    }
     return std::nullopt;
   }
 
@@ -190,14 +243,39 @@ class GltfReader {
     }
   }
 
-  Maybe mesh(const tinygltf::Mesh& mesh, const std::string& node, const glm::dmat4& transform) {
+  Maybe mesh(const tinygltf::Mesh& mesh, const std::string& node, const Placed& placed) {
     same_.clear();
     for (std::size_t i = 0; i < mesh.primitives.size(); ++i)
-      if (auto failure = primitive(mesh, i, node, transform)) return failure;
+      if (auto failure = primitive(mesh, i, node, placed)) return failure;
     return std::nullopt;
   }
 
-  Maybe primitive(const tinygltf::Mesh& mesh, std::size_t index, const std::string& node, const glm::dmat4& transform) {
+  /// What vertex `i` of a skinned primitive is moved by. Nothing: a joint is not there.
+  static std::optional<glm::dmat4> skinned(const Placed& placed, const Numbers& joints, const Numbers& weights,
+                                           std::size_t i) {
+    glm::dmat4 sum(0.0);
+    double all = 0.0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const double weight = number(weights, i, k);
+      const double joint = number(joints, i, k);
+      if (!(weight > 0.0)) continue;
+      if (!(joint >= 0.0 && joint < static_cast<double>(placed.by.size()))) return std::nullopt;
+      sum += weight * placed.by[static_cast<std::size_t>(joint)];
+      all += weight;
+    }
+    if (!(all > 0.0)) return std::nullopt;
+    return sum / all;
+  }
+
+  /// The numbers of an attribute, one for each of `count` vertices.
+  std::optional<Numbers> attribute(const tinygltf::Primitive& primitive, const char* name, std::size_t count) const {
+    const auto found = primitive.attributes.find(name);
+    if (found == primitive.attributes.end()) return std::nullopt;
+    const auto all = numbers(found->second, 4);
+    return all && all->count >= count ? all : std::nullopt;
+  }
+
+  Maybe primitive(const tinygltf::Mesh& mesh, std::size_t index, const std::string& node, const Placed& placed) {
     const tinygltf::Primitive& primitive = mesh.primitives[index];
     const std::string where = fmt::format("mesh '{}', primitive {}", mesh.name.substr(0, 60), index);
     if (primitive.mode != TINYGLTF_MODE_TRIANGLES && primitive.mode != -1) return std::nullopt;
@@ -208,9 +286,19 @@ class GltfReader {
     const auto first = static_cast<std::uint32_t>(mesh_.positions.size());
     if (places->count > limits_.vertices - first)
       return too_large(fmt::format("it has more than {} vertices", limits_.vertices));
+    std::optional<Numbers> joints;
+    std::optional<Numbers> weights;
+    if (placed.skinned) {
+      joints = attribute(primitive, "JOINTS_0", places->count);
+      weights = attribute(primitive, "WEIGHTS_0", places->count);
+      if (!joints || !weights) return bad(where, "it has a skin, but no joints or weights for its vertices");
+      joints->normalized = false;
+    }
+    std::optional<glm::dmat4> moved = placed.skinned ? std::nullopt : std::optional(placed.by.front());
     for (std::size_t i = 0; i < places->count; ++i) {
-      const glm::dvec3 p(transform *
-                         glm::dvec4(number(*places, i, 0), number(*places, i, 1), number(*places, i, 2), 1.0));
+      if (placed.skinned) moved = skinned(placed, *joints, *weights, i);
+      if (!moved) return bad(where, fmt::format("vertex {} hangs on no joint", i));
+      const glm::dvec3 p(*moved * glm::dvec4(number(*places, i, 0), number(*places, i, 1), number(*places, i, 2), 1.0));
       if (!(std::abs(p.x) < 1e9 && std::abs(p.y) < 1e9 && std::abs(p.z) < 1e9))
         return bad(where, fmt::format("vertex {} has no place", i));
       const auto v = static_cast<std::uint32_t>(mesh_.positions.size());
@@ -232,7 +320,9 @@ class GltfReader {
         piece.color = color;
       }
     }
-    if (auto failure = triangles(primitive, where, first, places->count, piece)) return failure;
+    // What is mirrored is inside out, unless its corners go round the other way (glTF 2.0, 3.7.4).
+    const bool inside_out = moved && glm::determinant(glm::dmat3(*moved)) < 0.0;
+    if (auto failure = triangles(primitive, where, first, places->count, inside_out, piece)) return failure;
     if (mesh_.pieces.size() >= limits_.pieces)
       return too_large(fmt::format("it has more than {} meshes", limits_.pieces));
     mesh_.pieces.push_back(std::move(piece));
@@ -240,7 +330,7 @@ class GltfReader {
   }
 
   Maybe triangles(const tinygltf::Primitive& primitive, const std::string& where, std::uint32_t first,
-                  std::size_t vertices, PolygonMesh::Piece& piece) {
+                  std::size_t vertices, bool inside_out, PolygonMesh::Piece& piece) {
     std::optional<Numbers> indices;
     if (primitive.indices >= 0) {
       indices = numbers(primitive.indices, 1);
@@ -260,6 +350,7 @@ class GltfReader {
           return bad(where, fmt::format("triangle {} names a vertex that is not there", t));
         corners[k] = first + static_cast<std::uint32_t>(i);
       }
+      if (inside_out) std::swap(corners[1], corners[2]);
       if (corners[0] == corners[1] || corners[1] == corners[2] || corners[0] == corners[2]) continue;
       piece.triangles.push_back(corners);
     }
@@ -269,6 +360,7 @@ class GltfReader {
   std::string_view name_;
   const PolygonLimits& limits_;
   tinygltf::Model model_;
+  std::vector<int> parents_;  ///< of every node; -1: none
   std::size_t uses_ = 0;
   std::size_t triangles_ = 0;
   std::map<std::tuple<double, double, double>, std::uint32_t> same_;
