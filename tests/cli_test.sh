@@ -514,6 +514,62 @@ expect 0 "face report" "$nmsc" face report ada
 holds "face report names the units of axes" grep -q "^AU51 .* Head Turn Left$" out
 holds "face report names the other end too" grep -q "^AU112 .* Tongue Right$" out
 
+# ---- Any face: one triangle with two landmarks turns its head and leans
+printf 'v 0 -64 110\nv 43 -59 77\nv -43 -59 77\nf 1 2 3\n' >mask.obj
+cat >mask.nms <<'NMS'
+face mask {
+  surface "mask.obj"
+  unit 1mm
+  landmark head_pivot (0mm, -10mm, 9mm)
+  landmark torso_pivot (0mm, -175mm, -10mm)
+}
+NMS
+expect 0 "face report of a mask" "$nmsc" face report mask.nms
+holds "face report: sixteen units, what they do not show" bash -c '[[ $(grep -c "^AU" out) -eq 16 ]] && grep -q "^not shown: AU1L, AU1R" out'
+says "face report of a mask" "no landmark nasion, so these do nothing: corrugator_L, corrugator_R, procerus"
+holds "a landmark of the midline has one name" bash -c '! grep -E "no landmark (nasion|stomion|cervical)_" err'
+holds "a landmark that has sides is missed by side" bash -c '! grep -E "no landmark jaw_hinge," err'
+expect 0 "face check" "$nmsc" face check mask.nms
+holds "face check says how much there is" grep -qF "mask: 2 of 85 landmarks; 8 of 90 channels can be shown" out
+expect 0 "face export" "$nmsc" face export mask.nms -o mask.glb
+expect 0 "preview of each unit" "$nmsc" preview --face mask.nms --each-au --size 24x30 --columns 5 -o units.png
+expect 1 "face check of no face" "$nmsc" face check nobody
+expect 1 "face export of no face" "$nmsc" face export nowhere.nms -o no.glb
+holds "face export of no face writes nothing" test ! -e no.glb
+expect 0 "face export of ada" "$nmsc" face export ada -o ada.glb
+if command -v python3 >/dev/null; then
+  holds "the chart has a picture for each unit and one at rest, with captions" python3 -c '
+import struct
+width, height = struct.unpack(">II", open("units.png", "rb").read()[16:24])
+assert width == 8 + 5 * (24 + 8), width
+rows = (1 + 16 + 4) // 5
+assert rows * (30 + 8) < height < (rows + 1) * (30 + 40), height'
+  holds "an exported face has every target and no clip" python3 -c '
+import json, struct, sys
+def targets(name):
+  data = open(name, "rb").read()
+  scene = json.loads(data[20:20 + struct.unpack("<I", data[12:16])[0]])
+  assert not scene.get("animations")
+  return {m["name"]: m["extras"]["targetNames"] for m in scene["meshes"] if "targetNames" in m.get("extras", {})}
+ada = targets("ada.glb")
+for unit in ("AU1L", "AU12R", "AU26", "AU43L", "AU61", "AU66"): assert unit in ada["skin"], unit
+for unit in ("AU19", "AU26", "AU111", "AU116"): assert unit in ada["tongue"], unit
+assert "AU27" in ada["teeth_lower"]
+assert not targets("mask.glb")'
+  expect 0 "face check as JSON" "$nmsc" face check mask.nms --format json
+  holds "face check as JSON says what a landmark costs" python3 -c '
+import json
+found = json.load(open("out"))
+assert found["landmarks"] == {"known": 2, "all": 85} and found["channels"] == {"shown": 8, "all": 90}, found
+menton = [l for l in found["missing_landmarks"] if l["name"] == "menton"][0]
+assert "jaw_opener" in menton["muscles"] and any(u["unit"] == "AU29" for u in menton["units"]), menton'
+  expect 0 "face report as JSON" "$nmsc" face report mask.nms --format json
+  holds "face report as JSON says how far" python3 -c '
+import json
+units = {u["unit"]: u for u in json.load(open("out"))["units"]}
+assert abs(units["AU57"]["largest_mm"] - 40) < 1e-3 and units["AU57"]["direction"][2] > 0.999, units["AU57"]'
+fi
+
 # ---- A person's own face
 printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' >scan.obj
 printf '{"nasion": [0, 1, 2]}' >marks.json

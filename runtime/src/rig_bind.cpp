@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <nms/runtime/landmark_set.h>
 #include <nms/runtime/mesh_normals.h>
 #include <nms/runtime/sparse_matrix.h>
 #include <nms/runtime/trigonometry.h>
@@ -25,6 +26,16 @@ constexpr const char* kJawRegion = "jaw";
 constexpr const char* kNeckRegion = "neck";
 
 const char* landmark_suffix(Side side) { return side == Side::left ? "_L" : side == Side::right ? "_R" : ""; }
+
+/// The one to give: of the known set's places those of the midline have one name for muscles of either side, and the
+/// others one for each side, of which the left one tells a muscle of no side its distance from the middle.
+std::string landmark_to_give(const std::string& name, Side side) {
+  for (const LandmarkInfo& known : landmark_set()) {
+    if (known.name != name) continue;
+    return known.sided ? name + landmark_suffix(side == Side::none ? Side::left : side) : name;
+  }
+  return name + landmark_suffix(side);
+}
 const char* region_suffix(Side side) { return side == Side::left ? "_left" : side == Side::right ? "_right" : ""; }
 
 }  // namespace
@@ -141,7 +152,7 @@ tl::expected<glm::dvec3, Failure> RigParts::landmark(const Muscle& muscle, progr
     // A muscle of no side may name a sided place (the corner of the mouth): it means its distance from the middle.
     if (const auto it = landmarks.find(candidate); it != landmarks.end()) return it->second;
   }
-  missing = name + landmark_suffix(muscle.side);
+  missing = landmark_to_give(name, muscle.side);
   return tl::unexpected(Failure{"missing_landmark", name_of(muscle), fmt::format("the face has no landmark '{}'", name),
                                 fmt::format("add `landmark {}` to the face, or place the muscle elsewhere", name)});
 }
