@@ -98,7 +98,7 @@ struct GltfReport {
 ///
 /// The same input gives the same bytes on every machine.
 ///
-/// @param report  filled in if not null; costs a frame of the runtime for every 60th of a second of the clips
+/// @param report  filled in if not null; costs a frame of the runtime for every 120th of a second of the clips
 /// Failures: unknown_clip, too_many_vertices, gltf_writer (the library refused; a defect of ours).
 [[nodiscard]] tl::expected<std::vector<std::byte>, program::Failure> export_glb(const Face& face, const Rig& rig,
                                                                                 const program::Program& program,
