@@ -4,10 +4,13 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <thread>
+#include <vector>
 
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
@@ -43,10 +46,37 @@ constexpr glm::vec3 kWrap{0.32F, 0.14F, 0.08F};
 
 /// How much light reaches one vertex from outside or, if the surface has two sides, from behind.
 struct Reach {
-  float sky = 1.0F;  ///< share of the hemisphere that is open
-  float key = 1.0F;  ///< share of the key light that is seen
+  float sky;  ///< share of the hemisphere that is open
+  float key;  ///< share of the key light that is seen
 };
-using Reaches = std::vector<Reach>;  // by vertex
+
+/// The light at each vertex of a mesh, worked out when it is first asked for: much of a head is never seen. Whichever
+/// thread does so writes the same.
+class Reaches {
+ public:
+  explicit Reaches(std::size_t vertices) : known_(vertices) {
+    for (std::atomic<std::uint64_t>& k : known_) k.store(kUnknown, std::memory_order_relaxed);
+  }
+
+  template <typename Find>
+  Reach at(std::size_t vertex, const Find& find) {
+    std::uint64_t bits = known_[vertex].load(std::memory_order_relaxed);
+    Reach reach{};
+    if (bits != kUnknown) {
+      std::memcpy(&reach, &bits, sizeof reach);
+      return reach;
+    }
+    reach = find();
+    std::memcpy(&bits, &reach, sizeof bits);
+    known_[vertex].store(bits, std::memory_order_relaxed);
+    return reach;
+  }
+
+ private:
+  static constexpr std::uint64_t kUnknown = ~std::uint64_t{0};  // two NaNs
+  static_assert(sizeof(Reach) == sizeof(std::uint64_t));
+  std::vector<std::atomic<std::uint64_t>> known_;
+};
 
 /// One ray of a pixel.
 struct PixelSample {
@@ -135,7 +165,10 @@ class Renderer {
     embree_.rtcCommitScene(scene_.get());
     if (embree_.rtcGetDeviceError(device_.get()) != RTC_ERROR_NONE)
       return RenderFailure{"Embree could not build the scene"};
-    light();
+    for (const Mesh& m : meshes_) {
+      front_.emplace_back(m.positions.size());
+      back_.emplace_back(m.two_sided ? m.positions.size() : 0);
+    }
     return std::nullopt;
   }
 
@@ -257,24 +290,6 @@ class Renderer {
     return {openness(from, frame_about(normal)), key_share(from)};
   }
 
-  void light() {
-    front_.resize(meshes_.size());
-    back_.resize(meshes_.size());
-    for (std::size_t m = 0; m < meshes_.size(); ++m) {
-      const Mesh& mesh = meshes_[m];
-      front_[m].resize(mesh.positions.size());
-      if (mesh.two_sided) back_[m].resize(mesh.positions.size());
-      constexpr std::size_t kBatch = 256;
-      spread(options_.threads, (mesh.positions.size() + kBatch - 1) / kBatch, [&](std::size_t batch) {
-        const std::size_t end = std::min(mesh.positions.size(), (batch + 1) * kBatch);
-        for (std::size_t v = batch * kBatch; v < end; ++v) {
-          front_[m][v] = reach_at(mesh.positions[v], mesh.normals[v]);
-          if (mesh.two_sided) back_[m][v] = reach_at(mesh.positions[v], -mesh.normals[v]);
-        }
-      });
-    }
-  }
-
   glm::vec3 seen(const View& view, float x, float y, const PixelSample& sample) const {
     const glm::vec3 at =
         view.target + view.right * ((x - view.middle.x) * view.pixel) + view.up * ((view.middle.y - y) * view.pixel);
@@ -327,10 +342,13 @@ class Renderer {
     normal = glm::normalize(normal);
     const bool behind = mesh.two_sided && glm::dot(normal, direction) > 0.0F;
     if (behind) normal = -normal;
-    const Reaches& reaches = (behind ? back_ : front_)[hit.hit.geomID];
+    Reaches& reaches = (behind ? back_ : front_)[hit.hit.geomID];
     for (int i = 0; i < 3; ++i) {
-      reach.sky += weight[i] * reaches[corner[i]].sky;
-      reach.key += weight[i] * reaches[corner[i]].key;
+      const std::uint32_t v = corner[i];
+      const Reach there =
+          reaches.at(v, [&] { return reach_at(mesh.positions[v], (behind ? -1.0F : 1.0F) * mesh.normals[v]); });
+      reach.sky += weight[i] * there.sky;
+      reach.key += weight[i] * there.key;
     }
     if (reach.key > 0.001F && reach.key < 0.999F)
       reach.key = key_at_edge(mesh, corner, weight, behind ? -1.0F : 1.0F, normal, sample);
@@ -370,8 +388,8 @@ class Renderer {
   EmbreeLibrary embree_;
   Device device_;
   Scene scene_;
-  std::vector<Reaches> front_;  ///< by mesh
-  std::vector<Reaches> back_;   ///< by mesh; empty where it has one side
+  mutable std::vector<Reaches> front_;  ///< by mesh
+  mutable std::vector<Reaches> back_;   ///< by mesh; empty where it has one side
 };
 
 }  // namespace

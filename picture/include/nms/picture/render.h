@@ -47,14 +47,14 @@ struct RenderFailure {
   std::string remedy = "make the pictures smaller";
 };
 
-/// One scene seen by several cameras: light, and how much of it reaches each vertex, is worked out once.
+/// One scene seen by several cameras: light, and how much of it reaches each vertex that is seen, is worked out once.
 ///
 /// Key light from the upper left of the picture of a face seen from the front, soft fill from the other side, a rim
 /// from behind, and a sky darkened by what surrounds a point (ambient occlusion over 50 mm). Shadows are soft: each
 /// vertex looks at points over the key light's disc. Nine rays a pixel.
 ///
-/// Failures: an index past the vertices, arrays of different lengths, a picture without pixels, Embree not installed, Embree's own.
-/// Deterministic on one machine; the last bits of a pixel may differ between processors.
+/// Failures: an index past the vertices, arrays of different lengths, a picture without pixels, Embree not installed,
+/// Embree's own. Deterministic on one machine; the last bits of a pixel may differ between processors.
 [[nodiscard]] tl::expected<std::vector<Image>, RenderFailure> render(const std::vector<Mesh>& meshes,
                                                                      const std::vector<Camera>& cameras,
                                                                      const RenderOptions& options);
