@@ -631,6 +631,8 @@ for option in "--clip smile" "--at 1"; do
 done
 for at in 0.5m 0.5u 3n; do expect 1 "preview at $at" "$nmsc" preview good.nms --clip smile --at $at "${tiny[@]}"; done
 expect 2 "preview without a clip" "$nmsc" preview good.nms "${tiny[@]}"
+expect 1 "previews too large together" "$nmsc" preview good.nms --clip smile --at 0,1,2,3 --size 4096x4096 -o sheet.png
+says "previews too large together" "too_many_pictures"
 expect 2 "preview too large" "$nmsc" preview good.nms --clip smile --size 90000x3 -o sheet.png
 no_leftovers preview
 expect 0 "gloss without utterances" "$nmsc" gloss good.nms

@@ -32,6 +32,7 @@ namespace nms::cli {
 namespace {
 
 constexpr std::size_t kMaxTiles = 400;
+constexpr std::size_t kMaxPixels = 64'000'000;  // pictures, sheet and file take some 0.6 GB then
 constexpr std::size_t kTimesUnlessAsked = 6;
 
 /// What stands on one tile before it is drawn: all of it but the side it is seen from.
@@ -275,6 +276,16 @@ void run(const GlobalOptions& global, const PreviewOptions& options, SourceFiles
   if (moments.size() * views->size() > kMaxTiles) {
     add_failure(diagnostics, {"too_many_pictures", "--at", fmt::format("that is more than {} pictures", kMaxTiles),
                               "ask for fewer times or views"});
+    return;
+  }
+  const std::size_t pixels = moments.size() * views->size() * static_cast<std::size_t>(options.width) *
+                             static_cast<std::size_t>(options.height);
+  if (pixels > kMaxPixels) {
+    add_failure(diagnostics,
+                {"too_many_pictures", "--size",
+                 fmt::format("{} pictures of {}x{} are more than {} million pixels", moments.size() * views->size(),
+                             options.width, options.height, kMaxPixels / 1'000'000),
+                 "make them smaller, or ask for fewer times or views"});
     return;
   }
   const std::string title = clip != nullptr ? fmt::format("{} on {}", options.clip, options.face)
