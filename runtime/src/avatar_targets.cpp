@@ -122,29 +122,6 @@ std::optional<TargetName> in_table(std::span<const Known> table, std::string_vie
 
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
-/// Runs of letters and runs of digits, small; what begins large is a word: "FACS_AU12LLipCorner" is facs au 12 l lip
-/// corner.
-std::vector<std::string> words_of(std::string_view name) {
-  enum class Kind : std::uint8_t { other, small, large, digit };
-  std::vector<std::string> words;
-  Kind before = Kind::other;
-  for (const char c : name) {
-    const Kind kind = c >= 'a' && c <= 'z'   ? Kind::small
-                      : c >= 'A' && c <= 'Z' ? Kind::large
-                      : c >= '0' && c <= '9' ? Kind::digit
-                                             : Kind::other;
-    const bool goes_on = kind == before || (before == Kind::large && kind == Kind::small);
-    if (kind != Kind::other && !goes_on) words.emplace_back();
-    if (goes_on && kind != before && words.back().size() > 1) {  // the "Lip" of "LLip"
-      words.push_back(words.back().substr(words.back().size() - 1));
-      words[words.size() - 2].pop_back();
-    }
-    if (kind != Kind::other) words.back() += lower(c);
-    before = kind;
-  }
-  return words;
-}
-
 /// "AU12", "au12l", "AU12_Left", "AU01_inner_brow_raiser_R", "AD19": the unit, or one side of it.
 TargetName facs_units(std::string_view name) {
   const std::vector<std::string> words = words_of(name);
@@ -169,6 +146,29 @@ TargetName facs_units(std::string_view name) {
 }
 
 }  // namespace
+
+/// Runs of letters and runs of digits, small; what begins large is a word: "FACS_AU12LLipCorner" is facs au 12 l lip
+/// corner.
+std::vector<std::string> words_of(std::string_view name) {
+  enum class Kind : std::uint8_t { other, small, large, digit };
+  std::vector<std::string> words;
+  Kind before = Kind::other;
+  for (const char c : name) {
+    const Kind kind = c >= 'a' && c <= 'z'   ? Kind::small
+                      : c >= 'A' && c <= 'Z' ? Kind::large
+                      : c >= '0' && c <= '9' ? Kind::digit
+                                             : Kind::other;
+    const bool goes_on = kind == before || (before == Kind::large && kind == Kind::small);
+    if (kind != Kind::other && !goes_on) words.emplace_back();
+    if (goes_on && kind != before && words.back().size() > 1) {  // the "Lip" of "LLip"
+      words.push_back(words.back().substr(words.back().size() - 1));
+      words[words.size() - 2].pop_back();
+    }
+    if (kind != Kind::other) words.back() += lower(c);
+    before = kind;
+  }
+  return words;
+}
 
 std::string plain_name(std::string_view name) {
   std::string out;

@@ -289,22 +289,43 @@ class AvatarWriter {
     return kNoNode;
   }
 
+  /// The first joint whose name ends so, in any rig's way: "CC_Base_Head", "Bip001 Head", "J_Adj_L_FaceEye".
+  std::uint32_t joint_ending(std::string_view last, std::string_view side = "") const {
+    for (const std::uint32_t n : joints_) {
+      std::vector<std::string> words = words_of(text_of(member(element(member(json_, "nodes"), n), "name")));
+      const auto tells = [&](const std::string& word) { return word == side || word == side.substr(0, 1); };
+      const bool on_side = side.empty() || std::any_of(words.begin(), words.end(), tells);
+      if (!words.empty() && !side.empty() && tells(words.back())) words.pop_back();
+      if (on_side && !words.empty() && words.back() == last) return n;
+    }
+    return kNoNode;
+  }
+
   bool moves(program::Frame frame) const {
     return std::any_of(used_.begin(), used_.end(),
                        [&](std::uint32_t c) { return program_.channels[c].frame == frame; });
   }
 
+  static std::uint32_t either(std::uint32_t a, std::uint32_t b) { return a != kNoNode ? a : b; }
+
+  std::uint32_t head() const {
+    return either(either(humanoid_bone("head"), bone_named({"head"})), joint_ending("head"));
+  }
+
+  std::uint32_t eye(const char* humanoid, std::initializer_list<std::string_view> names, std::string_view side) const {
+    return either(either(humanoid_bone(humanoid), bone_named(names)), joint_ending("eye", side));
+  }
+
   void find_bones() {
-    const auto either = [](std::uint32_t a, std::uint32_t b) { return a != kNoNode ? a : b; };
     if (moves(program::Frame::torso)) {
       std::uint32_t chest = kNoNode;
       for (const char* name : {"upperChest", "chest", "spine"}) chest = either(chest, humanoid_bone(name));
       add_bone_node(either(chest, bone_named({"upperchest", "spine2", "chest", "spine1", "spine"})), Part::torso);
     }
-    if (moves(program::Frame::head)) add_bone_node(either(humanoid_bone("head"), bone_named({"head"})), Part::head);
+    if (moves(program::Frame::head)) add_bone_node(head(), Part::head);
     if (!moves(program::Frame::eyes)) return;
-    std::vector<std::uint32_t> eyes{either(humanoid_bone("leftEye"), bone_named({"lefteye", "eyeleft", "eyel"})),
-                                    either(humanoid_bone("rightEye"), bone_named({"righteye", "eyeright", "eyer"}))};
+    std::vector<std::uint32_t> eyes{eye("leftEye", {"lefteye", "eyeleft", "eyel"}, "left"),
+                                    eye("rightEye", {"righteye", "eyeright", "eyer"}, "right")};
     eyes.erase(std::remove(eyes.begin(), eyes.end(), kNoNode), eyes.end());
     if (targets_turn_eyes(eyes)) return;
     for (const std::uint32_t eye : eyes) add_bone_node(eye, Part::eye);

@@ -274,6 +274,16 @@ TEST_F(Avatar, a_mesh_called_head_is_not_the_bone) {
   EXPECT_EQ(sampled(model, 3, "rotation", 0.7F).size(), 4U);
 }
 
+TEST_F(Avatar, bones_are_found_in_other_rigs_too) {
+  const auto made =
+      animate(glb(mesh({"a"}),
+                  R"({"name":"Forehead"},{"name":"CC_Base_Head","children":[2,3]},{"name":"J_Adj_L_FaceEye"},)"
+                  R"({"name":"Eye.R"},{"name":"Bip001 L EyeLid"},{"name":"Base_Head"})",
+                  R"(,"skins":[{"joints":[0,1,2,3,4],"inverseBindMatrices":0}])"));
+  ASSERT_TRUE(made.has_value()) << made.error().cause;
+  EXPECT_EQ(made->bones, (std::vector<std::string>{"CC_Base_Head", "J_Adj_L_FaceEye", "Eye.R"}));
+}
+
 /// A head whose third vertex is an eyeball's, by the heaviest of its joints; eyeLookDown moves `moved` alone.
 std::vector<std::byte> head_with_eye(std::uint8_t moved) {
   GlbChunks chunks;

@@ -1,3 +1,4 @@
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
@@ -502,8 +503,17 @@ TEST_F(FitCommand, hostile_files_are_refused_and_nothing_is_written) {
   EXPECT_NE(run("--neutral neutral.obj --expression AU12 -o out.nms"), 0);
   EXPECT_NE(run("--neutral neutral.obj --expression AU99=moved.obj -o out.nms"), 0);
   EXPECT_NE(run("--neutral neutral.obj --unit 3s --expression AU12=moved.obj -o out.nms"), 0);
-  // A mesh far from every muscle: nothing to fit to, and no crash.
-  EXPECT_EQ(run("--neutral neutral.obj --unit 1000mm --expression AU12=moved.obj -o out.nms"), 0) << read("err");
+  // A mesh far from every landmark: another unit, or other coordinates.
+  EXPECT_NE(run("--neutral neutral.obj --unit 1000mm --expression AU12=moved.obj -o out.nms"), 0);
+  EXPECT_NE(read("err").find("neutral.obj: error fit_far: "), std::string::npos) << read("err");
+  for (const char* stiffness : {"-1", "nan", "inf"}) {
+    EXPECT_NE(run(fmt::format("--neutral neutral.obj --expression AU12=moved.obj --stiffness {}", stiffness)), 0);
+    EXPECT_NE(read("err").find("--stiffness: error bad_quantity: "), std::string::npos) << read("err");
+  }
+  EXPECT_NE(run("--neutral neutral.obj --expression AU12=moved.obj --face nobody"), 0);
+  EXPECT_NE(read("err").find("nobody: error unknown_face: "), std::string::npos) << read("err");
+  EXPECT_EQ(WEXITSTATUS(run("--neutral")), 2);
+  EXPECT_FALSE(std::filesystem::exists(path("out.nms")));
 }
 
 }  // namespace

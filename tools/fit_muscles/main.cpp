@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
+#include <glm/geometric.hpp>
 
 #include <nms/face_program/face_program.h>
 #include <nms/lang/quantity.h>
@@ -40,7 +41,7 @@ struct Options {
 };
 
 int fail(const program::Failure& f) {
-  fmt::print(stderr, "error {}: {}: {}\n  help: {}\n", f.kind, f.place, f.cause, f.remedy);
+  fmt::print(stderr, "{}: error {}: {}\nhelp: {}\n", f.place, f.kind, f.cause, f.remedy);
   return 1;
 }
 
@@ -91,6 +92,26 @@ bool write_file(const std::string& path, const std::string& text) {
   return !error;
 }
 
+// The landmarks of a face lie on it or in its flesh: if half of them are further away than this, it is elsewhere.
+constexpr double kFarOff_m = 0.03;
+
+std::optional<program::Failure> look_where(const fit_muscles::RestMesh& rest, const runtime::Landmarks& landmarks,
+                                           const std::string& path) {
+  std::vector<double> off;
+  for (const auto& [name, place] : landmarks) {
+    double nearest = 1e9;
+    for (const glm::dvec3& p : rest.points) nearest = std::min(nearest, glm::distance(p, place));
+    off.push_back(nearest);
+  }
+  if (off.empty()) return std::nullopt;
+  std::sort(off.begin(), off.end());
+  const double median = off[off.size() / 2];
+  if (median < kFarOff_m) return std::nullopt;
+  return program::Failure{
+      "fit_far", path, fmt::format("half of the face's landmarks are {:.0f} mm or more from it", 1000.0 * median),
+      "give it in the face's coordinates (+x the subject's left, +y up, +z forward), and its --unit"};
+}
+
 int run(const Options& options) {
   const auto length = lang::read_quantity(options.unit);
   if (!length || length->unit != lang::Unit::length || length->value <= 0.0) {
@@ -98,6 +119,10 @@ int run(const Options& options) {
                  "write what one unit of the OBJ files is: 1mm, 1cm, 1000mm"});
   }
   const double unit_m = length->value / 1000.0;
+  if (!(options.stiffness >= 0.0 && options.stiffness <= 1e6)) {
+    return fail({"bad_quantity", "--stiffness", fmt::format("{} is not from 0 to a million", options.stiffness),
+                 "write a small number, such as 0.0001"});
+  }
 
   std::vector<std::pair<std::string, std::string>> wanted;
   std::vector<std::string> units;
@@ -128,7 +153,7 @@ int run(const Options& options) {
     }
   }
   if (units.empty()) {
-    return fail({"fit_nothing", "fit", "there is nothing to fit to",
+    return fail({"fit_nothing", "nmsc-fit", "there is nothing to fit to",
                  "give --neutral and --expression, or --figures and units that it has"});
   }
   std::string said;
@@ -138,6 +163,10 @@ int run(const Options& options) {
     return 1;
   }
   const program::Program& program = image->program();
+  if (program.faces.empty()) {
+    return fail({"unknown_face", options.face, "there is no face of that name",
+                 "the library has ada; or give the source that declares one"});
+  }
 
   // Its surface gives regions to fields, and shows what figures are measured on.
   const auto face = read_face(options, program);
@@ -148,7 +177,11 @@ int run(const Options& options) {
     const auto neutral = read_mesh(options.neutral);
     if (!neutral) return fail(neutral.error());
     rest = fit_muscles::rest_mesh(*neutral, unit_m);
-    if (face) fit_muscles::take_regions(rest, *face);
+    if (face) {
+      if (const auto failure = look_where(rest, runtime::landmarks_of(*face, program), options.neutral))
+        return fail(*failure);
+      fit_muscles::take_regions(rest, *face);
+    }
   }
   std::vector<fit_muscles::Expression> expressions;
   for (const auto& [name, path] : wanted) {
@@ -215,6 +248,12 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("-o,--output", options.output, "Where the fitted muscles go; standard output if not given")
       ->type_name("OUT.nms");
-  CLI11_PARSE(app, argc, argv);
+  app.set_version_flag("--version", "nmsc-fit " NMS_VERSION);
+  app.footer("Exit: 0 success, 1 errors in the input, 2 wrong usage.");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
   return run(options);
 }

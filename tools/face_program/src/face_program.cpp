@@ -50,14 +50,15 @@ std::optional<program::Image> compile_face(std::span<const std::pair<std::string
   }
   std::vector<std::shared_ptr<const lang::Source>> roots;
   for (const auto& [path, source] : sources) roots.push_back(std::make_shared<const lang::Source>(path, source));
-  roots.push_back(std::make_shared<const lang::Source>("units.nms", text));
+  roots.push_back(std::make_shared<const lang::Source>("<units>", text));
   if (auto declared = library.find(fmt::format("faces/{}.nms", face), "")) roots.push_back(std::move(declared));
   lang::Diagnostics diagnostics;
   compiler::CompileOptions options;
   options.face = face;
   const auto draft = compiler::compile(roots, library, diagnostics, options);
   for (const auto& d : diagnostics.all()) {
-    said += fmt::format("{}: {}: {}\n", d.source ? d.source->path() : std::string(), d.kind, d.message);
+    said += fmt::format("{}: {} {}: {}\n", d.source ? d.source->path() : std::string(),
+                        d.severity == lang::Severity::error ? "error" : "warning", d.kind, d.message);
   }
   if (!draft) return std::nullopt;
   auto image = program::Image::from(*draft);
