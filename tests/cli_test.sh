@@ -419,6 +419,15 @@ expect 1 "plot into no folder" "$nmsc" plot good.nms --clip look -o nowhere/look
 expect 2 "plot without a clip" "$nmsc" plot good.nms -o -
 expect 2 "plot too narrow" "$nmsc" plot good.nms --clip look --width 10 -o -
 
+expect 1 "build onto standard output" "$nmsc" build good.nms -o -
+says "build onto standard output" "-: error cannot_write"
+holds "no file is called -" test ! -e ./-
+count=$((count + 1))
+[[ $("$nmsc" build good.nms -o /dev/stdout 2>/dev/null | head -c 4) == glTF ]] || wrong "build into a device"
+expect 0 "build for a program to read" "$nmsc" --error-format json build good.nms -o told.glb
+command -v python3 >/dev/null && holds "stderr is one JSON document" python3 -m json.tool err
+holds "what was built is told on stdout" grep -q "told.glb: 2 clips" out
+
 # ---- An avatar that others made
 expect 0 "a still face to animate" "$nmsc" build good.nms --all-targets --clip smile -o still.glb
 expect 0 "build on an avatar" "$nmsc" build good.nms --clip look --on still.glb -o moving.glb

@@ -59,38 +59,40 @@ void run_on_avatar(const GlobalOptions& global, const BuildOptions& options, Sou
     add_failure(
         diagnostics,
         {"not_on_avatar", options.avatar, fmt::format("it has nothing that shows {}", fmt::join(made->unshown, ", ")),
-         "add morph targets of those names, or of ARKit's, to the avatar"},
+         "add morph targets of those names, or of ARKit's, to the avatar; head, eyes and torso turn by bones named "
+         "Head, "
+         "LeftEye, RightEye and Spine2"},
         lang::Severity::warning);
   if (const auto failure = write_file(options.output, made->glb)) {
     add_failure(diagnostics, *failure);
     return;
   }
-  fmt::print(stderr, "{}: {} clip{} on {}: {} targets, {} bones, {:.1f} MB\n", options.output, clips.size(),
+  fmt::print(told(global), "{}: {} clip{} on {}: {} targets, {} bones, {:.1f} MB\n", options.output, clips.size(),
              clips.size() == 1 ? "" : "s", options.avatar, made->targets.size(), made->bones.size(),
              static_cast<double>(made->glb.size()) / 1e6);
 }
 
 /// One line a clip: how far the file's targets are from the runtime's surface.
-void print_errors(const runtime::GltfReport& report) {
+void print_errors(const GlobalOptions& global, const runtime::GltfReport& report) {
   for (const runtime::GltfClipError& e : report.clips) {
-    fmt::print(stderr, "  {}: max {:.2f} mm", e.clip, e.largest_m * 1000.0);
-    if (!e.mesh.empty()) fmt::print(stderr, " at {:.2f} s, {} near {}", e.time_s, e.mesh, e.place);
-    fmt::print(stderr, "; normals {:.1f} deg", e.normal_rad * 57.29577951308232);
+    fmt::print(told(global), "  {}: max {:.2f} mm", e.clip, e.largest_m * 1000.0);
+    if (!e.mesh.empty()) fmt::print(told(global), " at {:.2f} s, {} near {}", e.time_s, e.mesh, e.place);
+    fmt::print(told(global), "; normals {:.1f} deg", e.normal_rad * 57.29577951308232);
     if (!e.normal_mesh.empty()) {
-      fmt::print(stderr, " at {:.2f} s, {} near {}", e.normal_time_s, e.normal_mesh, e.normal_place);
+      fmt::print(told(global), " at {:.2f} s, {} near {}", e.normal_time_s, e.normal_mesh, e.normal_place);
     }
-    fmt::print(stderr, "; above 3 deg {:.2f} % of the area", 100.0 * e.askew_share);
-    if (!e.askew_mesh.empty()) fmt::print(stderr, " at {:.2f} s, {}", e.askew_time_s, e.askew_mesh);
-    fmt::print(stderr, ", {:.2f} % as a mean", 100.0 * e.askew_mean);
-    fmt::print(stderr, "\n");
+    fmt::print(told(global), "; above 3 deg {:.2f} % of the area", 100.0 * e.askew_share);
+    if (!e.askew_mesh.empty()) fmt::print(told(global), " at {:.2f} s, {}", e.askew_time_s, e.askew_mesh);
+    fmt::print(told(global), ", {:.2f} % as a mean", 100.0 * e.askew_mean);
+    fmt::print(told(global), "\n");
   }
   const auto worst = std::max_element(report.targets.begin(), report.targets.end(),
                                       [](const auto& a, const auto& b) { return a.askew_share < b.askew_share; });
   if (worst != report.targets.end())
-    fmt::print(stderr, "  targets alone: above 3 deg at most {:.2f} % of the area, {} of {}\n",
+    fmt::print(told(global), "  targets alone: above 3 deg at most {:.2f} % of the area, {} of {}\n",
                100.0 * worst->askew_share, worst->name, worst->mesh);
   if (!report.corrections.empty()) {
-    fmt::print(stderr, "  {} corrective target{}\n", report.corrections.size(),
+    fmt::print(told(global), "  {} corrective target{}\n", report.corrections.size(),
                report.corrections.size() == 1 ? "" : "s");
   }
 }
@@ -124,10 +126,10 @@ void run(const GlobalOptions& global, const BuildOptions& options, SourceFiles& 
     add_failure(diagnostics, *failure);
     return;
   }
-  fmt::print(stderr, "{}: {} clip{} on {}, {} vertices, {:.1f} MB\n", options.output, clips.size(),
+  fmt::print(told(global), "{}: {} clip{} on {}, {} vertices, {:.1f} MB\n", options.output, clips.size(),
              clips.size() == 1 ? "" : "s", options.face, face->skin.surface.rows,
              static_cast<double>(glb->size()) / 1e6);
-  if (measured) print_errors(report);
+  if (measured) print_errors(global, report);
   if (const auto missed = error_not_held(report, *wanted, options.output))
     add_failure(diagnostics, *missed, lang::Severity::warning);
 }

@@ -215,9 +215,9 @@ void run(const GlobalOptions& global, const BuildOptions& options, SourceFiles& 
     if (!write_text(options.depfile, dependency_rule(target, sources.files_read()), diagnostics)) return;
   }
   if (jobs.empty() && removed == 0)
-    fmt::print(stderr, "{}: nothing changed: {} entries are up to date\n", options.output, assets.size());
+    fmt::print(told(global), "{}: nothing changed: {} entries are up to date\n", options.output, assets.size());
   else
-    fmt::print(stderr, "{}: {} of {} entries made anew{} on {}\n", options.output,
+    fmt::print(told(global), "{}: {} of {} entries made anew{} on {}\n", options.output,
                one_file ? assets.size() : jobs.size(), assets.size(),
                removed != 0 ? fmt::format(", {} removed", removed) : "", options.face);
 }

@@ -290,7 +290,7 @@ void run(const GlobalOptions& global, const DocOptions& options, SourceFiles& so
   writer.write("index.html", index_page(lexicons, options.face));
   const std::size_t removed = writer.remove_the_rest();
   if (writer.failed()) return;
-  fmt::print(stderr, "{}: {} entries on {}; open index.html{}\n", options.output, count, options.face,
+  fmt::print(told(global), "{}: {} entries on {}; open index.html{}\n", options.output, count, options.face,
              removed == 0 ? std::string() : fmt::format("; {} files of entries that are gone removed", removed));
 }
 

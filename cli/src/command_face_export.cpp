@@ -35,7 +35,7 @@ void run(const GlobalOptions& global, const std::string& name, const std::string
   }
   std::size_t shown = 0;
   for (std::uint32_t c = 0; c < program.channels.size(); ++c) shown += rig->actuated(program::ChannelId{c}) ? 1U : 0U;
-  fmt::print(stderr, "{}: {}, {} vertices, {} of {} channels, {:.1f} MB\n", output,
+  fmt::print(told(global), "{}: {}, {} vertices, {} of {} channels, {:.1f} MB\n", output,
              program.string(program.faces[0].name), face->skin.surface.rows, shown, program.channels.size(),
              static_cast<double>(glb->size()) / 1e6);
 }

@@ -167,7 +167,7 @@ void run(const GlobalOptions& global, const FaceFitOptions& options, SourceFiles
   if (!write_text(x3d, runtime::write_face_x3d(fitted->file), diagnostics)) return;
   if (!write_text(options.output, declaration(*name, options.face, fitted->landmarks, options.symmetric), diagnostics))
     return;
-  fmt::print(stderr,
+  fmt::print(told(global),
              "{}: {} on {} by {} landmarks: {:.2f} mm from it in the mean, 95 % within {:.2f} mm ({:.2f} mm by "
              "landmarks alone)\n",
              options.output, options.face, options.scan, fitted->landmarks_used, 1000.0 * fitted->mean_m,

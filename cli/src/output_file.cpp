@@ -17,6 +17,9 @@ std::optional<program::Failure> write_file(const std::string& named, std::span<c
   const auto fail = [&named](int error) {
     return program::Failure{"cannot_write", named, std::strerror(error), "check that the folder exists and has room"};
   };
+  if (named == "-")  // elsewhere it is standard output, and here would be a file that a shell cannot name
+    return program::Failure{"cannot_write", named, "what is no text is not written to standard output",
+                            "name a file; /dev/stdout is one"};
   struct stat status {};
   const bool exists = ::stat(named.c_str(), &status) == 0;
   // A link stays a link: what it leads to is written.

@@ -51,6 +51,8 @@ std::string hint(const lang::Diagnostics& diagnostics, bool color) {
 
 }  // namespace
 
+std::FILE* told(const GlobalOptions& global) { return global.error_format == ErrorFormat::text ? stderr : stdout; }
+
 int finish(const GlobalOptions& global, lang::Diagnostics& diagnostics) {
   const auto verdict = [&](std::string_view kind) { return verdict_on(kind, global.denied, global.allowed); };
   diagnostics.leave_out_warnings([&](std::string_view kind) { return verdict(kind) == Verdict::left_out; });
