@@ -419,6 +419,11 @@ expect 1 "plot into no folder" "$nmsc" plot good.nms --clip look -o nowhere/look
 expect 2 "plot without a clip" "$nmsc" plot good.nms -o -
 expect 2 "plot too narrow" "$nmsc" plot good.nms --clip look --width 10 -o -
 
+expect 1 "build to no name" "$nmsc" build good.nms -o ""
+says "build to no name" "output: error cannot_write"
+for option in "--clip wh" --report; do
+  expect 2 "a lexicon with $option" "$nmsc" build --lexicon asl $option -o no_lexicon
+done
 expect 1 "build onto standard output" "$nmsc" build good.nms -o -
 says "build onto standard output" "-: error cannot_write"
 holds "no file is called -" test ! -e ./-

@@ -165,6 +165,7 @@ int main(int argc, char** argv) try {
                                "--dense", "--quantize"})
     on_avatar->excludes(of_faces);
   build_command->get_option("--max-corrections")->needs("--max-error");
+  build_lexicon_option->excludes("--clip")->excludes("--report");  // every entry is made
   build_command->callback([&] {
     if (build_options.files.empty() && build_options.lexicon.empty()) throw CLI::RequiredError("FILE or --lexicon");
     chosen = [&] {

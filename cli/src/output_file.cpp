@@ -17,6 +17,8 @@ std::optional<program::Failure> write_file(const std::string& named, std::span<c
   const auto fail = [&named](int error) {
     return program::Failure{"cannot_write", named, std::strerror(error), "check that the folder exists and has room"};
   };
+  if (named.empty())
+    return program::Failure{"cannot_write", "output", "no file is named", "give -o a path"};
   if (named == "-")  // elsewhere it is standard output, and here would be a file that a shell cannot name
     return program::Failure{"cannot_write", named, "what is no text is not written to standard output",
                             "name a file; /dev/stdout is one"};

@@ -52,6 +52,53 @@ constexpr Known kArkit[] = {
     {"tongueout", "AU19"},
 };
 
+/// The names that the FACS manual gives its units (Ekman, Friesen and Hager 2002), as stdlib/facs.nms has them,
+/// but for those that are ARKit's or VRM's names too: a mouthStretch is ARKit's, and no AU27.
+constexpr Known kTitles[] = {
+    {"innerbrowraiser#", "AU1#"},
+    {"outerbrowraiser#", "AU2#"},
+    {"browlowerer#", "AU4#"},
+    {"upperlidraiser#", "AU5#"},
+    {"cheekraiser#", "AU6#"},
+    {"lidtightener#", "AU7#"},
+    {"lipstogether", "AU8"},
+    {"nosewrinkler#", "AU9#"},
+    {"upperlipraiser#", "AU10#"},
+    {"nasolabialfurrowdeepener#", "AU11#"},
+    {"lipcornerpuller#", "AU12#"},
+    {"sharplippuller#", "AU13#"},
+    {"dimpler#", "AU14#"},
+    {"lipcornerdepressor#", "AU15#"},
+    {"lowerlipdepressor#", "AU16#"},
+    {"chinraiser", "AU17"},
+    {"lippuckerer", "AU18"},
+    {"lipstretcher#", "AU20#"},
+    {"necktightener", "AU21"},
+    {"lipfunneler", "AU22"},
+    {"liptightener", "AU23"},
+    {"lippressor", "AU24"},
+    {"lipspart", "AU25"},
+    {"jawdrop", "AU26"},
+    {"lipsuck", "AU28"},
+    {"jawthrust", "AU29"},
+    {"jawsideways#", "AU30#"},
+    {"jawclencher", "AU31"},
+    {"lipbite", "AU32"},
+    {"cheekblow#", "AU33#"},
+    {"cheeksuck#", "AU35#"},
+    {"tonguebulge#", "AU36#"},
+    {"lipwipe", "AU37"},
+    {"nostrildilator#", "AU38#"},
+    {"nostrilcompressor#", "AU39#"},
+    {"liddroop#", "AU41#"},
+    {"eyelidslit#", "AU42#"},
+    {"eyesclosed#", "AU43#"},
+    {"squint#", "AU44#"},
+    {"wink#", "AU46#"},
+    {"walleye", "AU65"},
+    {"crosseye", "AU66"},
+};
+
 /// The presets of VRM 1.0 that show a movement and not a feeling (VRMC_vrm-1.0, expressions).
 constexpr Known kVrm[] = {
     {"blink#", "AU43# AU45# AU46# AU42#*0.8 AU41#*0.5"},
@@ -186,6 +233,7 @@ TargetName units_of_target(std::string_view name) {
   const std::string plain = plain_name(name);
   if (auto found = in_table(kArkit, plain, NameSet::arkit_side, NameSet::arkit)) return std::move(*found);
   if (auto found = in_table(kVrm, plain, NameSet::vrm_side, NameSet::vrm)) return std::move(*found);
+  if (auto found = in_table(kTitles, plain, NameSet::facs_side, NameSet::facs)) return std::move(*found);
   return facs_units(name);
 }
 

@@ -31,8 +31,8 @@ struct TargetName {
 [[nodiscard]] std::vector<std::string> words_of(std::string_view name);
 
 /// The action units that a target of that name shows: ARKit's blend shapes but mouthClose, mouthLeft and mouthRight,
-/// which no unit stands for; FACS names (AU12, AU12_L, au12left, AU01_inner_brow_raiser_R, AD19); the presets of
-/// VRM 1.0.
+/// which no unit stands for; FACS names (AU12, AU12_L, au12left, AU01_inner_brow_raiser_R, AD19, InnerBrowRaiser_L);
+/// the presets of VRM 1.0.
 ///
 /// Sides are the subject's. What a set does not part by side (browInnerUp) shows the stronger side, unless the avatar
 /// parts it (browInnerUpLeft). Shares other than 1 are our own choice: ARKit gives no FACS intensities. A name of

@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <set>
+#include <sstream>
 #include <string>
 
 #include <fmt/format.h>
@@ -468,6 +470,30 @@ TEST(AvatarTargets, of_arkits_52_all_but_three_show_units) {
   EXPECT_EQ(count, 52U);
   EXPECT_EQ(said(units_of_target("jawRight").units), said(mirrored(units_of_target("jawLeft").units)));
   EXPECT_EQ(units_of_target("eyeLookOutLeft").units.front().unit, "AU61") << "the eyes turn to the subject's left";
+}
+
+// Those of the face; where they are ARKit's names too, those come first, and "Mouth Stretch" means another unit there.
+TEST(AvatarTargets, the_units_own_titles_are_names) {
+  std::ifstream file(NMS_SOURCE_DIR "/stdlib/facs.nms");
+  std::size_t count = 0;
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream words(line);
+    std::string keyword;
+    int number = 0;
+    std::string title;
+    if (!(words >> keyword >> number) || keyword != "au" || (number > 46 && number != 65 && number != 66)) continue;
+    words.ignore(2);
+    std::getline(words, title, '"');
+    if (title == "Mouth Stretch") continue;
+    const bool sides = line.find("sides") != std::string::npos;
+    ++count;
+    const auto left = units_of_target(title + "_L").units;
+    ASSERT_FALSE(left.empty()) << title;
+    const std::string unit = "AU" + std::to_string(number) + (sides ? "L" : "");
+    EXPECT_TRUE(std::any_of(left.begin(), left.end(), [&](const UnitShare& u) { return u.unit == unit; })) << title;
+    EXPECT_FALSE(units_of_target(title).units.empty()) << title;
+  }
+  EXPECT_EQ(count, 45U);
 }
 
 TEST(AvatarTargets, names_are_matched_without_case_and_punctuation) {
