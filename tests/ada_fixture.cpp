@@ -14,6 +14,7 @@
 #include <nms/program/program.h>
 #include <nms/runtime/face_x3d.h>
 #include <nms/runtime/places_at_rest.h>
+#include <nms/runtime/region_shares.h>
 #include <nms/runtime/rig.h>
 #include <nms/stdlib/embedded.h>
 
@@ -153,18 +154,7 @@ std::vector<float> mirrored(const program::Program& p, const std::vector<float>&
   return out;
 }
 
-std::vector<float> vertex_weights(std::string_view region) {
-  const auto found = face().regions.find(std::string(region));
-  const runtime::SparseMatrix& t = face().skin.surface;
-  std::vector<float> out(t.rows, 0.0F);
-  if (found == face().regions.end()) return out;
-  for (std::uint32_t v = 0; v < t.rows; ++v) {
-    for (std::uint32_t i = t.row_begin[v]; i < t.row_begin[v + 1]; ++i) {
-      out[v] += t.value[i] * found->second[t.column[i]];
-    }
-  }
-  return out;
-}
+std::vector<float> vertex_weights(std::string_view region) { return runtime::region_shares(face(), region); }
 
 std::vector<float> values_of(const Bound& b, const std::vector<std::string>& units, float amount) {
   const program::Program& p = b.image.program();

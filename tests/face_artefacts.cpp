@@ -9,6 +9,7 @@
 #include <glm/matrix.hpp>
 
 #include <nms/runtime/places_at_rest.h>
+#include <nms/runtime/region_shares.h>
 
 namespace nms::test {
 
@@ -79,18 +80,6 @@ bool further_than(double limit, const glm::dvec3& p, const std::array<glm::dvec3
 }
 
 bool is_shell(const std::string& material) { return material == "brow" || material == "hair" || material == "lashes"; }
-
-std::vector<float> vertex_weights(const runtime::Face& face, const char* region) {
-  const auto found = face.regions.find(region);
-  const runtime::SparseMatrix& t = face.skin.surface;
-  std::vector<float> out(t.rows, 0.0F);
-  if (found == face.regions.end()) return out;
-  for (std::uint32_t v = 0; v < t.rows; ++v) {
-    for (std::uint32_t i = t.row_begin[v]; i < t.row_begin[v + 1]; ++i)
-      out[v] += t.value[i] * found->second[t.column[i]];
-  }
-  return out;
-}
 
 }  // namespace
 
@@ -246,9 +235,9 @@ void Inspector::find_skin() {
       for (const std::uint32_t v : skin_.back()) used[v] = 1;
     }
   }
-  const std::vector<float> lining = vertex_weights(face_, "lining");
-  const std::vector<float> upper = vertex_weights(face_, "lip_upper");
-  const std::vector<float> lower = vertex_weights(face_, "lip_lower");
+  const std::vector<float> lining = runtime::region_shares(face_, "lining");
+  const std::vector<float> upper = runtime::region_shares(face_, "lip_upper");
+  const std::vector<float> lower = runtime::region_shares(face_, "lip_lower");
   const double about = kAboutTeeth * scale_;
   const auto near = [&](const TeethRow& row, const glm::dvec3& p) {
     if (row.empty()) return false;
@@ -265,7 +254,7 @@ void Inspector::find_skin() {
 
 void Inspector::find_lips() {
   for (std::size_t i = 0; i < 2; ++i) {
-    const std::vector<float> share = vertex_weights(face_, i == 0 ? "lip_upper" : "lip_lower");
+    const std::vector<float> share = runtime::region_shares(face_, i == 0 ? "lip_upper" : "lip_lower");
     Lip& lip = lips_[i];
     lip.cells.resize(static_cast<std::size_t>(kLipCells * kLipCells));
     std::vector<char> used(rest_.size(), 0);

@@ -19,6 +19,8 @@
 #include <glm/matrix.hpp>
 
 #include <nms/runtime/mesh_normals.h>
+#include <nms/runtime/places_at_rest.h>
+#include <nms/runtime/region_shares.h>
 #include <nms/runtime/seams.h>
 #include <nms/runtime/space_cells.h>
 
@@ -403,57 +405,66 @@ class Fit {
     }
   }
 
+  /// Places of the skin in one cube of space, and where they meet the scan: sums.
+  struct Bin {
+    glm::dvec3 from{0.0};
+    glm::dvec3 to{0.0};
+    double count = 0.0;
+  };
+
+  /// What of a face a scan can show: neither brows and hair, nor what lies inside mouth and nostrils.
+  struct Outside {
+    std::vector<glm::vec3> positions;  ///< V                                   [m]
+    std::vector<glm::vec3> normals;    ///< V, of the bare skin
+    std::vector<bool> seen;            ///< V
+  };
+
+  static Outside outside_of(const Face& face) {
+    Outside out;
+    for (const glm::dvec3& p : places_at_rest(face.skin)) out.positions.emplace_back(p);
+    out.normals.resize(out.positions.size());
+    out.seen.assign(out.positions.size(), false);
+    std::vector<Primitive> bare;
+    for (const Primitive& p : face.skin.primitives) {
+      const std::string& material = face.materials[p.material].name;
+      if (material == "brow" || material == "hair") continue;
+      bare.push_back(p);
+      for (const std::uint32_t v : p.triangles) out.seen[v] = true;
+    }
+    area_weighted_normals(bare, out.positions, out.normals);
+    for (const char* inside : {"lining", "nostril"}) {
+      const std::vector<float> shares = region_shares(face, inside);
+      for (std::size_t v = 0; v < shares.size(); ++v)
+        if (static_cast<double>(shares[v]) > kInside) out.seen[v] = false;
+    }
+    return out;
+  }
+
+  /// Where a place of the skin meets the scan; where both halves are one, in the mean of both sides.
+  std::optional<glm::dvec3> met(const Scan& target, const glm::dvec3& p, const glm::dvec3& n,
+                                std::vector<double>& distances) const {
+    std::optional<glm::dvec3> q = target.nearest(p, n);
+    if (q) distances.push_back(glm::distance(*q, p));
+    if (!alike_) return q;
+    const auto other = target.nearest(mirror(p), mirror(n));
+    if (!other) return q;
+    distances.push_back(glm::distance(*other, mirror(p)));
+    return q ? 0.5 * (*q + mirror(*other)) : mirror(*other);
+  }
+
   // Distances of the skin from the scan, and samples of where it should go.
   std::optional<Failure> compare(const Scan& target) {
     const auto face = build_face(scene_, name_, {});
     if (!face) return face.error();
-    const Skin& skin = face->skin;
-    std::vector<glm::vec3> x(skin.points.size());
-    for (std::size_t i = 0; i < x.size(); ++i) x[i] = glm::vec3(skin.points[i]);
-    std::vector<glm::vec3> positions(skin.surface.rows);
-    std::vector<glm::vec3> normals(positions.size());
-    multiply(skin.surface, x, positions);
-    std::vector<Primitive> bare;  // without brows and hair
-    std::vector<bool> outside(positions.size(), false);
-    for (const Primitive& p : skin.primitives) {
-      const std::string& material = face->materials[p.material].name;
-      if (material == "brow" || material == "hair") continue;
-      bare.push_back(p);
-      for (const std::uint32_t v : p.triangles) outside[v] = true;
-    }
-    area_weighted_normals(bare, positions, normals);
-    for (const char* inside : {"lining", "nostril"}) {
-      const auto region = face->regions.find(inside);
-      if (region == face->regions.end()) continue;
-      for (std::uint32_t v = 0; v < positions.size(); ++v) {
-        double share = 0.0;
-        for (std::uint32_t k = skin.surface.row_begin[v]; k < skin.surface.row_begin[v + 1]; ++k) {
-          share += static_cast<double>(skin.surface.value[k] * region->second[skin.surface.column[k]]);
-        }
-        if (share > kInside) outside[v] = false;
-      }
-    }
-
-    struct Bin {
-      glm::dvec3 from{0.0};
-      glm::dvec3 to{0.0};
-      double count = 0.0;
-    };
+    const Outside skin = outside_of(*face);
     std::map<std::array<std::int64_t, 4>, Bin> bins;
     const auto ear = places_.find("tragion_L");
     const double ears = ear != places_.end() ? ear->second.z : 0.0;
     std::vector<double> distances;
-    for (std::size_t v = 0; v < positions.size(); ++v) {
-      const glm::dvec3 p(positions[v]);
-      if (!outside[v] || (alike_ && p.x < 0.0)) continue;
-      const glm::dvec3 n(normals[v]);
-      std::optional<glm::dvec3> q = target.nearest(p, n);
-      if (q) distances.push_back(glm::distance(*q, p));
-      if (alike_) {
-        const auto other = target.nearest(mirror(p), mirror(n));
-        if (other) distances.push_back(glm::distance(*other, mirror(p)));
-        if (other) q = q ? 0.5 * (*q + mirror(*other)) : mirror(*other);
-      }
+    for (std::size_t v = 0; v < skin.positions.size(); ++v) {
+      const glm::dvec3 p(skin.positions[v]);
+      if (!skin.seen[v] || (alike_ && p.x < 0.0)) continue;
+      const std::optional<glm::dvec3> q = met(target, p, glm::dvec3(skin.normals[v]), distances);
       if (!q) continue;
       // What is behind the ears has no features to keep.
       const double width = p.z > ears ? kSample : kSampleBehind;
@@ -463,6 +474,12 @@ class Fit {
       bin.to += *q;
       bin.count += 1.0;
     }
+    if (auto failure = note_distances(std::move(distances))) return failure;
+    take_samples(bins);
+    return std::nullopt;
+  }
+
+  std::optional<Failure> note_distances(std::vector<double> distances) {
     result_.measured = distances.size();
     if (distances.size() < kFewestMet) {
       return Failure{"fit_far", name_,
@@ -474,6 +491,11 @@ class Fit {
     for (const double d : distances) sum += d;
     result_.mean_m = sum / static_cast<double>(distances.size());
     result_.p95_m = distances[distances.size() * 95 / 100];
+    return std::nullopt;
+  }
+
+  // The mean of what stands in one cube of space; where both halves are one, mirrored too.
+  void take_samples(const std::map<std::array<std::int64_t, 4>, Bin>& bins) {
     from_.clear();
     to_.clear();
     for (const auto& [cell, bin] : bins) {
@@ -488,7 +510,6 @@ class Fit {
       from_.push_back(from);
       to_.push_back(to);
     }
-    return std::nullopt;
   }
 
   FaceScene scene_;

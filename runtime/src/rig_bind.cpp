@@ -6,6 +6,7 @@
 
 #include <nms/runtime/landmark_set.h>
 #include <nms/runtime/mesh_normals.h>
+#include <nms/runtime/region_shares.h>
 #include <nms/runtime/sparse_matrix.h>
 #include <nms/runtime/trigonometry.h>
 
@@ -383,15 +384,12 @@ void RigParts::make_pivots() {
 }
 
 void RigParts::make_head_share() {
-  const SparseMatrix& t = face.skin.surface;
-  rig.head_share.assign(t.rows, 1.0F);
-  const auto it = face.regions.find(kNeckRegion);
-  if (it == face.regions.end()) return;
-  for (std::uint32_t row = 0; row < t.rows; ++row) {
-    float sum = 0.0F;
-    for (std::uint32_t k = t.row_begin[row]; k < t.row_begin[row + 1]; ++k) sum += t.value[k] * it->second[t.column[k]];
-    rig.head_share[row] = std::clamp(sum, 0.0F, 1.0F);
+  if (!face.regions.contains(kNeckRegion)) {
+    rig.head_share.assign(face.skin.surface.rows, 1.0F);
+    return;
   }
+  rig.head_share = region_shares(face, kNeckRegion);
+  for (float& share : rig.head_share) share = std::clamp(share, 0.0F, 1.0F);
 }
 
 void RigParts::mark_actuated() {

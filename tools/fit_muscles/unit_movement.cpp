@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 
 #include <nms/runtime/places_at_rest.h>
+#include <nms/runtime/region_shares.h>
 
 namespace nms::fit_muscles {
 namespace {
@@ -21,19 +22,6 @@ constexpr int kLidColumns = 16;
 /// What the shares of surface are counted on: the face as seen from the front, from the hair to below the chin and
 /// forward of the ears. [m]
 bool of_the_face(const glm::dvec3& p) { return p.z > 0.020 && p.y > -0.085 && p.y < 0.115; }
-
-std::vector<float> vertex_weights(const runtime::Face& face, std::string_view region) {
-  const runtime::SparseMatrix& t = face.skin.surface;
-  std::vector<float> out(t.rows, 0.0F);
-  const auto found = face.regions.find(std::string(region));
-  if (found == face.regions.end()) return out;
-  for (std::uint32_t v = 0; v < t.rows; ++v) {
-    for (std::uint32_t i = t.row_begin[v]; i < t.row_begin[v + 1]; ++i) {
-      out[v] += t.value[i] * found->second[t.column[i]];
-    }
-  }
-  return out;
-}
 
 }  // namespace
 
@@ -70,8 +58,8 @@ void MovementGauge::find_visible(const runtime::Face& face, const runtime::Landm
       areas[v] += glm::length(n) / 6.0;
     }
   }
-  const auto lining = vertex_weights(face, "lining");
-  const auto nostril = vertex_weights(face, "nostril");
+  const auto lining = runtime::region_shares(face, "lining");
+  const auto nostril = runtime::region_shares(face, "nostril");
   const auto eye = landmarks.find("eye_centre_L");
   for (std::uint32_t v = 0; v < seen.size(); ++v) {
     if (lining[v] > kInside || nostril[v] > kInside) seen[v] = 0;
@@ -95,9 +83,9 @@ void MovementGauge::find_visible(const runtime::Face& face, const runtime::Landm
 
 // The lips' edges in the middle, and the lids' along the left eye.
 void MovementGauge::find_edges(const runtime::Face& face, const runtime::Landmarks& landmarks) {
-  const auto upper = vertex_weights(face, "lip_upper");
-  const auto lower = vertex_weights(face, "lip_lower");
-  const auto lining = vertex_weights(face, "lining");
+  const auto upper = runtime::region_shares(face, "lip_upper");
+  const auto lower = runtime::region_shares(face, "lip_lower");
+  const auto lining = runtime::region_shares(face, "lining");
   for (std::uint32_t v = 0; v < rest_.size(); ++v) {
     if (std::abs(rest_[v].x) > 0.0002 || lining[v] > 0.5F) continue;
     if (upper[v] > 0.95F) upper_lip_.push_back(v);
@@ -110,8 +98,8 @@ void MovementGauge::find_edges(const runtime::Face& face, const runtime::Landmar
   if (inner_at == landmarks.end() || outer_at == landmarks.end()) return;
   const double inner = inner_at->second.x;
   const double width = (outer_at->second.x - inner) / kLidColumns;
-  const auto upper_lid = vertex_weights(face, "lid_upper_left");
-  const auto lower_lid = vertex_weights(face, "lid_lower_left");
+  const auto upper_lid = runtime::region_shares(face, "lid_upper_left");
+  const auto lower_lid = runtime::region_shares(face, "lid_lower_left");
   for (int c = 0; c < kLidColumns; ++c) {
     std::uint32_t low = 0;
     std::uint32_t high = 0;

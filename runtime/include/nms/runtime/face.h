@@ -44,7 +44,7 @@ struct Skin {
   std::vector<Primitive> primitives;  ///< share the V vertices
 };
 
-/// A part that never deforms: an eyeball, a row of teeth, the tongue.
+/// A part that rides on a frame: an eyeball, a row of teeth. The tongue is one too, and the only one that bends.
 struct RigidMesh {
   std::string name;
   Frame frame = Frame::head;
