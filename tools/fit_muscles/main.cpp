@@ -112,52 +112,127 @@ std::optional<program::Failure> look_where(const fit_muscles::RestMesh& rest, co
       "give it in the face's coordinates (+x the subject's left, +y up, +z forward), and its --unit"};
 }
 
-int run(const Options& options) {
-  const auto length = lang::read_quantity(options.unit);
+template <typename T>
+using Maybe = tl::expected<T, program::Failure>;
+
+Maybe<double> unit_of(const std::string& text) {
+  const auto length = lang::read_quantity(text);
   if (!length || length->unit != lang::Unit::length || length->value <= 0.0) {
-    return fail({"bad_length", "--unit", fmt::format("\"{}\" is not a length", options.unit),
-                 "write what one unit of the OBJ files is: 1mm, 1cm, 1000mm"});
+    return tl::unexpected(program::Failure{"bad_length", "--unit", fmt::format("\"{}\" is not a length", text),
+                                           "write what one unit of the OBJ files is: 1mm, 1cm, 1000mm"});
   }
-  const double unit_m = length->value / 1000.0;
+  return length->value / 1000.0;
+}
+
+/// "AU12=smile.obj": the units that an expression shows, and its file.
+Maybe<std::vector<std::pair<std::string, std::string>>> expressions_asked_for(const Options& options) {
+  std::vector<std::pair<std::string, std::string>> wanted;
+  for (const std::string& e : options.expressions) {
+    const std::size_t at = e.find('=');
+    if (at == std::string::npos || at == 0) {
+      return tl::unexpected(
+          program::Failure{"bad_expression", e, "it does not say which units the face shows", "write AU12=smile.obj"});
+    }
+    wanted.emplace_back(e.substr(0, at), e.substr(at + 1));
+  }
+  return wanted;
+}
+
+Maybe<std::vector<std::pair<std::string, std::string>>> read_sources(const Options& options) {
+  std::vector<std::pair<std::string, std::string>> sources;
+  for (const std::string& path : options.sources) {
+    auto text = read_file(path);
+    if (!text) return tl::unexpected(program::Failure{"cannot_read", path, "it cannot be read", "give a .nms file"});
+    sources.emplace_back(path, std::move(*text));
+  }
+  return sources;
+}
+
+/// Of the table, if there is one, the units that are asked for.
+Maybe<std::vector<fit_muscles::UnitFigures>> read_figures(const Options& options) {
+  std::vector<fit_muscles::UnitFigures> figures;
+  if (options.figures.empty()) return figures;
+  const auto text = read_file(options.figures);
+  if (!text) {
+    return tl::unexpected(
+        program::Failure{"cannot_read", options.figures, "it cannot be read", "give a table of figures"});
+  }
+  auto read = fit_muscles::read_unit_figures(*text, options.figures);
+  if (!read) return tl::unexpected(read.error());
+  for (fit_muscles::UnitFigures& f : *read)
+    if (options.units.empty() || named(options.units, f.unit)) figures.push_back(std::move(f));
+  return figures;
+}
+
+/// The face at rest, and what is shown on the same mesh.
+struct Fields {
+  fit_muscles::RestMesh rest;
+  std::vector<fit_muscles::Expression> expressions;
+};
+
+/// @param face  gives the mesh its regions; null: none
+Maybe<Fields> read_fields(const Options& options, double unit_m,
+                          const std::vector<std::pair<std::string, std::string>>& wanted, const runtime::Face* face,
+                          const program::Program& program) {
+  Fields fields;
+  if (!options.neutral.empty()) {
+    const auto neutral = read_mesh(options.neutral);
+    if (!neutral) return tl::unexpected(neutral.error());
+    fields.rest = fit_muscles::rest_mesh(*neutral, unit_m);
+    if (face != nullptr) {
+      if (auto failure = look_where(fields.rest, runtime::landmarks_of(*face, program), options.neutral))
+        return tl::unexpected(std::move(*failure));
+      fit_muscles::take_regions(fields.rest, *face);
+    }
+  }
+  for (const auto& [name, path] : wanted) {
+    const auto mesh = read_mesh(path);
+    if (!mesh) return tl::unexpected(mesh.error());
+    auto expression = fit_muscles::expression_of(name, *mesh, fields.rest, unit_m, program);
+    if (!expression) return tl::unexpected(expression.error());
+    fields.expressions.push_back(std::move(*expression));
+  }
+  return fields;
+}
+
+/// What the fit came to, on standard error; the muscles go where they are wanted.
+int tell(const Options& options, const program::Program& program, const fit_muscles::FitResult& result) {
+  for (const std::string& name : result.left_out)
+    fmt::print(stderr, "note: {} moves no points by itself, and is left as it is\n", name);
+  for (const std::string& line : fit_muscles::report_lines(result)) fmt::print(stderr, "{}\n", line);
+  const std::string text = fit_muscles::muscle_text(program, result);
+  if (options.output.empty()) {
+    fmt::print("{}", text);
+    return 0;
+  }
+  if (!write_file(options.output, text))
+    return fail({"cannot_write", options.output, "it cannot be written", "give another place"});
+  return 0;
+}
+
+int run(const Options& options) {
+  const auto unit_m = unit_of(options.unit);
+  if (!unit_m) return fail(unit_m.error());
   if (!(options.stiffness >= 0.0 && options.stiffness <= 1e6)) {
     return fail({"bad_quantity", "--stiffness", fmt::format("{} is not from 0 to a million", options.stiffness),
                  "write a small number, such as 0.0001"});
   }
+  const auto wanted = expressions_asked_for(options);
+  if (!wanted) return fail(wanted.error());
+  const auto sources = read_sources(options);
+  if (!sources) return fail(sources.error());
+  const auto figures = read_figures(options);
+  if (!figures) return fail(figures.error());
 
-  std::vector<std::pair<std::string, std::string>> wanted;
   std::vector<std::string> units;
-  for (const std::string& e : options.expressions) {
-    const std::size_t at = e.find('=');
-    if (at == std::string::npos || at == 0) {
-      return fail({"bad_expression", e, "it does not say which units the face shows", "write AU12=smile.obj"});
-    }
-    wanted.emplace_back(e.substr(0, at), e.substr(at + 1));
-    units.push_back(wanted.back().first);
-  }
-  std::vector<std::pair<std::string, std::string>> sources;
-  for (const std::string& path : options.sources) {
-    auto text = read_file(path);
-    if (!text) return fail({"cannot_read", path, "it cannot be read", "give a .nms file"});
-    sources.emplace_back(path, std::move(*text));
-  }
-  std::vector<fit_muscles::UnitFigures> figures;
-  if (!options.figures.empty()) {
-    const auto text = read_file(options.figures);
-    if (!text) return fail({"cannot_read", options.figures, "it cannot be read", "give a table of figures"});
-    auto read = fit_muscles::read_unit_figures(*text, options.figures);
-    if (!read) return fail(read.error());
-    for (fit_muscles::UnitFigures& f : *read) {
-      if (!options.units.empty() && !named(options.units, f.unit)) continue;
-      units.push_back(f.unit);
-      figures.push_back(std::move(f));
-    }
-  }
+  for (const auto& [unit, path] : *wanted) units.push_back(unit);
+  for (const fit_muscles::UnitFigures& f : *figures) units.push_back(f.unit);
   if (units.empty()) {
     return fail({"fit_nothing", "nmsc-fit", "there is nothing to fit to",
                  "give --neutral and --expression, or --figures and units that it has"});
   }
   std::string said;
-  const auto image = face_program::compile_face(sources, options.face, units, said);
+  const auto image = face_program::compile_face(*sources, options.face, units, said);
   if (!image) {
     fmt::print(stderr, "{}", said);
     return 1;
@@ -171,26 +246,8 @@ int run(const Options& options) {
   // Its surface gives regions to fields, and shows what figures are measured on.
   const auto face = read_face(options, program);
   if (!face && !options.figures.empty()) return fail(face.error());
-
-  fit_muscles::RestMesh rest;
-  if (!options.neutral.empty()) {
-    const auto neutral = read_mesh(options.neutral);
-    if (!neutral) return fail(neutral.error());
-    rest = fit_muscles::rest_mesh(*neutral, unit_m);
-    if (face) {
-      if (const auto failure = look_where(rest, runtime::landmarks_of(*face, program), options.neutral))
-        return fail(*failure);
-      fit_muscles::take_regions(rest, *face);
-    }
-  }
-  std::vector<fit_muscles::Expression> expressions;
-  for (const auto& [name, path] : wanted) {
-    const auto mesh = read_mesh(path);
-    if (!mesh) return fail(mesh.error());
-    auto expression = fit_muscles::expression_of(name, *mesh, rest, unit_m, program);
-    if (!expression) return fail(expression.error());
-    expressions.push_back(std::move(*expression));
-  }
+  const auto fields = read_fields(options, *unit_m, *wanted, face ? &*face : nullptr, program);
+  if (!fields) return fail(fields.error());
 
   fit_muscles::FitSettings settings;
   settings.muscles = options.muscles;
@@ -198,24 +255,13 @@ int run(const Options& options) {
   settings.fit_shares = !options.keep_shares;
   settings.most_steps = options.most_steps;
   fit_muscles::Measured measured;
-  measured.rest = &rest;
-  measured.fields = expressions;
+  measured.rest = &fields->rest;
+  measured.fields = fields->expressions;
   if (face) measured.face = &*face;
-  measured.figures = figures;
+  measured.figures = *figures;
   const auto result = fit_muscles::fit_muscles(program, measured, settings);
   if (!result) return fail(result.error());
-  for (const std::string& name : result->left_out) {
-    fmt::print(stderr, "note: {} moves no points by itself, and is left as it is\n", name);
-  }
-  for (const std::string& line : fit_muscles::report_lines(*result)) fmt::print(stderr, "{}\n", line);
-  const std::string text = fit_muscles::muscle_text(program, *result);
-  if (options.output.empty()) {
-    fmt::print("{}", text);
-    return 0;
-  }
-  if (!write_file(options.output, text))
-    return fail({"cannot_write", options.output, "it cannot be written", "give another place"});
-  return 0;
+  return tell(options, program, *result);
 }
 
 }  // namespace
