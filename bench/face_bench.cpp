@@ -139,9 +139,11 @@ BENCHMARK(bind_a_rig)->Apply(densities)->Unit(benchmark::kMillisecond);
 void export_a_clip(benchmark::State& state) {
   const Scene& s = scene(state.range(0));
   std::size_t bytes = 0;
+  runtime::GltfOptions options;
+  options.clips = {"much"};
+  options.quantize = state.range(1) != 0;
   for (auto _ : state) {
-    const auto glb =
-        runtime::export_glb(s.face, s.rig, s.image.program(), {{"much"}, false, false, 0.0, state.range(1) != 0});
+    const auto glb = runtime::export_glb(s.face, s.rig, s.image.program(), options);
     bytes = glb->size();
     benchmark::DoNotOptimize(glb->data());
   }

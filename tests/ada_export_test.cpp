@@ -133,6 +133,9 @@ double bytes_at_ten_thousand(bool quantize) {
 }
 
 TEST(AdaExport, a_clip_of_fifty_targets_is_small) {
+  const Bound b = bind_with(kBusyClip);
+  const runtime::GltfReport report = report_of(b, {});
+  EXPECT_GE(report.targets.size() + report.corrections.size(), 50U);
   const double plain = bytes_at_ten_thousand(false);
   EXPECT_LE(plain, 3.5e6);
   EXPECT_GT(plain, 1e6) << "there are targets in it";

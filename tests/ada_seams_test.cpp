@@ -180,9 +180,11 @@ TEST(AdaSeams, StayShutInMotion) {
   ASSERT_EQ(net.halves(), 2U);
   EXPECT_GT(net.meetings().size(), 500U);
   const program::Program& program = all_units().image.program();
+  // A gap is a linear function of the points, which no pose can make where no unit does: of pairs and mixtures a sample
+  // shows that. What is drawn has one vertex there (Ada.SeamsAreSharedVertices), which is moved once.
   expect_shut(net, fit_face::each_unit(program, all_units().rig), 1);
   expect_shut(net, fit_face::each_pair(program, all_units().rig), 40);
-  expect_shut(net, fit_face::mixtures(program, 7, 40), 1);
+  expect_shut(net, fit_face::mixtures(program, 7, 1000), 25);
 }
 
 }  // namespace
