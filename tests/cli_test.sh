@@ -618,6 +618,10 @@ holds "a misspelt landmark" grep -q "look at nose_tp: no muscle asks for .*did y
 holds "a landmark without its sides" grep -q "look at ala: it has two sides" out
 holds "a landmark with sides that it has not" grep -q "look at pogonion: it has no sides" out
 printf 'face bare { unit 1mm }\n' >bare.nms
+expect 1 "geometry for a face" "$nmsc" face check tri.obj
+says "geometry for a face" 'face mine { surface "tri.obj" }'
+expect 1 "a file without a face" "$nmsc" face check good.nms
+says "a file without a face" "it declares no face"
 expect 1 "a face without a surface" "$nmsc" face check bare.nms
 says "a face without a surface" "bare.nms:1:6: error missing_property"
 

@@ -100,6 +100,16 @@ std::optional<compiler::CompileOptions> compile_options(const GlobalOptions& glo
   return options;
 }
 
+program::Failure no_such_face(const std::string& face) {
+  const std::filesystem::path path(face);
+  for (const char* geometry : {".obj", ".gltf", ".glb", ".x3d", ".x3dv", ".wrl"})
+    if (path.extension() == geometry)
+      return {"unknown_face", face, "this is geometry; a face says in a .nms file what it is",
+              fmt::format("write one beside it: face mine {{ surface \"{}\" }}", path.filename().string())};
+  return {"unknown_face", face, "there is no face of that name",
+          "the standard library has: ada; or give the path of a .nms file that declares one"};
+}
+
 /// The sources named, and the face's behind them; nothing if one of them is not there.
 std::optional<std::vector<std::shared_ptr<const lang::Source>>> roots_with_face(const std::vector<std::string>& files,
                                                                                 const std::string& face,
@@ -110,8 +120,7 @@ std::optional<std::vector<std::shared_ptr<const lang::Source>>> roots_with_face(
   if (face.empty()) return roots;
   const auto source = face_source(face, sources);
   if (!source) {
-    add_failure(diagnostics, {"unknown_face", face, "there is no face of that name",
-                              "the standard library has: ada; or give the path of a .nms file that declares one"});
+    add_failure(diagnostics, no_such_face(face));
     return std::nullopt;
   }
   if (std::find(roots.begin(), roots.end(), source) == roots.end()) roots.push_back(source);
@@ -204,8 +213,12 @@ std::optional<program::Image> load_lexicon_program(const GlobalOptions& global, 
 std::shared_ptr<const lang::Source> face_surface(const program::Program& program, const std::string& face,
                                                  SourceFiles& sources, lang::Diagnostics& diagnostics) {
   if (program.faces.empty()) {
-    add_failure(diagnostics, {"no_face", face, "the program was compiled without a face",
-                              "build from the sources, or compile them together with the face's .nms file"});
+    if (face.ends_with(".nms"))
+      add_failure(diagnostics,
+                  {"no_face", face, "it declares no face", "declare one: face mine { surface \"mine.obj\" }"});
+    else
+      add_failure(diagnostics, {"no_face", face.empty() ? "face" : face, "the program was compiled without a face",
+                                "build from the sources, or compile them together with the face's .nms file"});
     return nullptr;
   }
   const std::string surface(program.string(program.faces[0].surface));

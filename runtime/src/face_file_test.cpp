@@ -288,6 +288,29 @@ TEST(VrmlRead, AllThreeSpellingsAreOneFace) {
   }
 }
 
+TEST(VrmlRead, OfSwitchesAndLevelsOneChildIsShown) {
+  const auto points = [](const std::string& scene) -> std::size_t {
+    const auto patch = [](double x) {
+      return fmt::format(
+          "Shape {{ geometry NurbsPatchSurface {{ uDimension 2 vDimension 2 uOrder 2 vOrder 2 controlPoint "
+          "Coordinate {{ point [ {0} 0 0 {1} 0 0 {0} 1 0 {1} 1 0 ] }} }} }}",
+          x, x + 1.0);
+    };
+    const auto face =
+        read_face("#X3D V3.3 utf8\n" + fmt::format(fmt::runtime(scene), patch(0.0), patch(5.0)), "s.x3dv", {});
+    return face ? face->skin.points.size() : 0;
+  };
+  EXPECT_EQ(points("{} {}"), 8U);
+  EXPECT_EQ(points("Switch {{ whichChoice 1 children [ {} {} ] }}"), 4U);
+  EXPECT_EQ(points("Switch {{ whichChoice 0 choice [ {} {} ] }}"), 4U);
+  EXPECT_EQ(points("Switch {{ children [ {} {} ] }}"), 0U);
+  EXPECT_EQ(points("Switch {{ whichChoice 7 children [ {} {} ] }}"), 0U);
+  EXPECT_EQ(points("LOD {{ range [ 5 ] level [ {} {} ] }}"), 4U);
+  EXPECT_EQ(points("Group {{ children {} }} Group {{ visible FALSE children {} }}"), 4U);
+  EXPECT_EQ(
+      points("Layer {{ children [ Billboard {{ children {} }} CADPart {{ children CADFace {{ shape {} }} }} ] }}"), 8U);
+}
+
 // A scale along axes of its own: twice as long along the diagonal, turned by a right angle about a centre.
 TEST(VrmlRead, ScalesAlongItsOwnAxes) {
   const std::string patch =

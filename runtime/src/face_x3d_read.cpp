@@ -4,10 +4,14 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <map>
+#include <optional>
 #include <set>
+#include <string_view>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 #include <fast_float/fast_float.h>
 #include <fmt/format.h>
@@ -33,6 +37,7 @@ using Maybe = std::optional<Failure>;
 
 constexpr int kMaxDepth = 64;
 constexpr std::size_t kMaxVisits = 200'000;
+constexpr std::size_t kNoChild = static_cast<std::size_t>(-1);
 constexpr std::uint32_t kMaxSamples = 64;
 
 class SceneReader {
@@ -398,31 +403,53 @@ class SceneReader {
     return std::nullopt;
   }
 
-  Maybe walk(const pugi::xml_node& parent, const glm::dmat4& transform, int depth) {
+  static bool groups(std::string_view kind) {
+    constexpr std::string_view kGroups[] = {"Transform",   "Group",    "Collision",   "Anchor",  "NurbsSet",
+                                            "StaticGroup", "Switch",   "LOD",         "Layer",   "LayerSet",
+                                            "Billboard",   "CADLayer", "CADAssembly", "CADPart", "CADFace"};
+    return std::find(std::begin(kGroups), std::end(kGroups), kind) != std::end(kGroups);
+  }
+
+  /// Which of its children a group shows: a Switch the one chosen, an LOD the finest.
+  Maybe chosen_of(const pugi::xml_node& group, std::optional<std::size_t>& only) const {
+    const std::string_view kind = group.name();
+    if (kind == "LOD") only = 0;
+    if (kind != "Switch") return std::nullopt;
+    std::vector<double> choice;
+    if (auto f = numbers(group, "whichChoice", 1, choice)) return f;
+    only = choice.empty() || !(choice[0] >= 0.0 && choice[0] < 1e6) ? kNoChild : static_cast<std::size_t>(choice[0]);
+    return std::nullopt;
+  }
+
+  /// @param only  of the children: this one alone
+  Maybe walk(const pugi::xml_node& parent, const glm::dmat4& transform, int depth,
+             std::optional<std::size_t> only = std::nullopt) {
     if (depth > kMaxDepth) {
       return Failure{"face_bad_reference", place(parent), "groups are nested without end",
                      "a group must not USE what it stands in"};
     }
+    std::size_t at = 0;
     for (const pugi::xml_node& child : parent.children()) {
-      if (child.type() != pugi::node_element) continue;
-      if (++visits_ > kMaxVisits) return too_large(fmt::format("more than {} nodes are shown", kMaxVisits));
       const std::string_view kind = child.name();
-      if (kind == "Switch") continue;  // borders and what else is not shown
-      if (kind != "Shape" && kind != "Transform" && kind != "Group" && kind != "Collision" && kind != "Anchor" &&
-          kind != "NurbsSet" && kind != "StaticGroup") {
-        continue;
-      }
+      if (child.type() != pugi::node_element || kind.starts_with("Metadata")) continue;
+      if (++visits_ > kMaxVisits) return too_large(fmt::format("more than {} nodes are shown", kMaxVisits));
+      if (only && at++ != *only) continue;
+      if (kind != "Shape" && !groups(kind)) continue;
       auto target = resolve(child);
       if (!target) return std::move(target).error();
+      if (std::strcmp(target->attribute("visible").value(), "false") == 0) continue;
       if (kind == "Shape") {
         if (auto f = shape(*target, transform)) return f;
         continue;
       }
       glm::dmat4 inner = transform;
-      if (std::strcmp(target->name(), "Transform") == 0) {
+      const std::string_view what = target->name();
+      if (what == "Transform" || what == "CADPart") {
         if (auto f = transform_of(*target, inner)) return f;
       }
-      if (auto f = walk(*target, inner, depth + 1)) return f;
+      std::optional<std::size_t> shown;
+      if (auto f = chosen_of(*target, shown)) return f;
+      if (auto f = walk(*target, inner, depth + 1, shown)) return f;
     }
     return std::nullopt;
   }
