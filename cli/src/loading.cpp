@@ -104,10 +104,11 @@ program::Failure no_such_face(const std::string& face) {
   const std::filesystem::path path(face);
   for (const char* geometry : {".obj", ".gltf", ".glb", ".x3d", ".x3dv", ".wrl"})
     if (path.extension() == geometry)
-      return {"unknown_face", face, "this is geometry; a face says in a .nms file what it is",
-              fmt::format("write one beside it: face mine {{ surface \"{}\" }}", path.filename().string())};
-  return {"unknown_face", face, "there is no face of that name",
-          "the standard library has: ada; or give the path of a .nms file that declares one"};
+      return program::Failure{
+          "unknown_face", face, "this is geometry; a face says in a .nms file what it is",
+          fmt::format("write one beside it: face mine {{ surface \"{}\" }}", path.filename().string())};
+  return program::Failure{"unknown_face", face, "there is no face of that name",
+                          "the standard library has: ada; or give the path of a .nms file that declares one"};
 }
 
 /// The sources named, and the face's behind them; nothing if one of them is not there.
