@@ -82,6 +82,42 @@ std::string report_line(const Bound& b, const UnitFigures& f, const UnitMovement
   return line;
 }
 
+/// The numbers of a line of a table, wherever they stand in it.
+std::vector<double> numbers_in(const std::string& line) {
+  std::vector<double> numbers;
+  for (std::size_t at = 0; at < line.size();) {
+    char* end = nullptr;
+    const double number = std::strtod(line.c_str() + at, &end);
+    const auto next = static_cast<std::size_t>(end - line.c_str());
+    if (next > at) numbers.push_back(number);
+    at = std::max(next, at + 1);
+  }
+  return numbers;
+}
+
+// "| AU1 | 7.5 → 6.6 of 6.3 | 5 → 1 | 4.9 → 7.0 of 13 |": millimetres, degrees and area, each before and now.
+TEST(AdaUnits, MoveAsTheirPageSays) {
+  const Bound& b = all_units();
+  const std::vector<UnitFigures> measured = figures();
+  std::ifstream page(NMS_SOURCE_DIR "/docs/for-faces-fit.md");
+  int lines = 0;
+  for (std::string line; std::getline(page, line);) {
+    if (!line.starts_with("| AU")) continue;
+    const std::string unit = line.substr(2, line.find(' ', 2) - 2);
+    const std::vector<double> said = numbers_in(line.substr(2 + unit.size()));
+    ASSERT_EQ(said.size(), 8U) << line;
+    const auto f = std::find_if(measured.begin(), measured.end(), [&](const UnitFigures& m) { return m.unit == unit; });
+    ASSERT_NE(f, measured.end()) << line;
+    const UnitMovement m = gauge(b).measure(posed(b, unit).positions);
+    EXPECT_NEAR(m.largest_mm, said[1], 0.3) << line;
+    EXPECT_NEAR(f->largest_mm, said[2], 0.051) << line;
+    EXPECT_NEAR(degrees_between(m.direction, f->direction), said[4], 2.0) << line;
+    EXPECT_NEAR(100.0 * m.area, said[6], 1.0) << line;
+    ++lines;
+  }
+  EXPECT_GE(lines, 20);
+}
+
 TEST(AdaUnits, MoveAsMeasured) {
   const Bound& b = all_units();
   const bool print = std::getenv("NMS_REPORT") != nullptr;
