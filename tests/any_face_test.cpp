@@ -119,6 +119,12 @@ class Head {
     return m;
   }
 
+  /// Where a movement that turns nothing takes the head. [m]
+  glm::dvec3 shift(const std::vector<float>& values) {
+    runtime::pose_face(face_, rig_, values, pose_);
+    return pose_.placements[static_cast<std::size_t>(runtime::Frame::head)].translation;
+  }
+
  private:
   runtime::Face face_;
   runtime::Rig rig_;
@@ -228,6 +234,12 @@ TEST(AnyFace, ALargerHeadMovesAsMuchFurther) {
     const Movement two = larger.move(values);
     EXPECT_NEAR(two.largest / 2.0, one.largest, 2e-5 + 0.01 * one.largest) << unit;
     EXPECT_LT(glm::length(0.5 * two.sum - one.sum), 1e-3 * one.total + 1e-4) << unit;
+  }
+  for (const char* unit : {"AU57", "AU58", "AU107", "AU108"}) {
+    const std::vector<float> values = ada::values_of(ada::all_units(), {unit});
+    const glm::dvec3 one = head.shift(values);
+    EXPECT_GT(glm::length(one), 0.02) << unit;
+    EXPECT_LT(glm::distance(larger.shift(values), 2.0 * one), 1e-6) << unit;
   }
 }
 
