@@ -547,6 +547,8 @@ expect 0 "face check" "$nmsc" face check mask.nms
 holds "face check says how much there is" grep -qF "mask: 2 of 85 landmarks; 8 of 90 channels can be shown" out
 expect 0 "face export" "$nmsc" face export mask.nms -o mask.glb
 expect 0 "preview of each unit" "$nmsc" preview --face mask.nms --each-au --size 24x30 --columns 5 -o units.png
+expect 0 "face check of ada" "$nmsc" face check ada
+holds "ada shows every channel" grep -qxF "ada: 85 of 85 landmarks; 90 of 90 channels can be shown" out
 expect 1 "face check of no face" "$nmsc" face check nobody
 expect 1 "face export of no face" "$nmsc" face export nowhere.nms -o no.glb
 holds "face export of no face writes nothing" test ! -e no.glb
