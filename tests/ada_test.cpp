@@ -143,12 +143,14 @@ TEST(Ada, OnlyTheIntendedBordersAreOpen) {
     ++loops[near(31, 36, 84, 12)   ? "lids"
             : near(7, 0, 110, 14)  ? "nostril"
             : near(75, 12, 5, 20)  ? "ear"
+            : near(28, -33, 81, 8) ? "cheek"
             : near(0, -35, 85, 25) ? "lining"
             : side.y < -120
                 ? "bust"
                 : "unknown at " + std::to_string(c.x) + " " + std::to_string(c.y) + " " + std::to_string(c.z)];
   }
-  const std::map<std::string, int> intended = {{"bust", 1}, {"ear", 2}, {"lids", 2}, {"lining", 1}, {"nostril", 2}};
+  const std::map<std::string, int> intended = {{"bust", 1}, {"cheek", 2},  {"ear", 2},
+                                               {"lids", 2}, {"lining", 1}, {"nostril", 2}};
   EXPECT_EQ(loops, intended);
 }
 

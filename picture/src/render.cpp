@@ -28,17 +28,19 @@ constexpr float kLens = 6.0F;             // camera's distance, in heights of th
 
 /// Lights stand in the world, so that a head that turns is lit anew.
 const glm::vec3 kKeyDirection = glm::normalize(glm::vec3(-0.55F, 0.75F, 0.9F));
-const glm::vec3 kFillDirection = glm::normalize(glm::vec3(0.9F, 0.15F, 0.6F));
+const glm::vec3 kFillDirection = glm::normalize(glm::vec3(0.4F, 0.05F, 0.95F));
 const glm::vec3 kRimDirection = glm::normalize(glm::vec3(0.5F, 0.6F, -0.9F));
-constexpr glm::vec3 kKeyColor{2.3F, 2.2F, 2.05F};
-constexpr glm::vec3 kFillColor{0.50F, 0.54F, 0.62F};
+constexpr glm::vec3 kKeyColor{2.1F, 2.0F, 1.87F};
+constexpr glm::vec3 kFillColor{0.72F, 0.74F, 0.78F};
 constexpr glm::vec3 kRimColor{0.8F, 0.85F, 0.95F};
-constexpr glm::vec3 kSkyColor{0.62F, 0.66F, 0.72F};
+constexpr glm::vec3 kSkyColor{0.57F, 0.60F, 0.65F};
 constexpr glm::vec3 kGroundColor{0.36F, 0.32F, 0.30F};
 /// Where the sky is hidden, skin is what hides it, and sends some of its light on: a mouth is dark, not blue.
 constexpr glm::vec3 kBounceColor{0.52F, 0.37F, 0.29F};
 constexpr float kKeySpread = 0.22F;  // radius of the key's disc at distance 1
-constexpr int kEdgeRays = 3;         // to the key, from each ray of a pixel at a shadow's edge
+constexpr float kFillSpread = 0.5F;
+constexpr int kFillRays = 9;  // for each vertex: a disc so wide casts no edges
+constexpr int kEdgeRays = 3;  // to the key, from each ray of a pixel at a shadow's edge
 constexpr glm::vec3 kBackdropTop{0.36F, 0.39F, 0.42F};
 constexpr glm::vec3 kBackdropBottom{0.62F, 0.64F, 0.65F};
 /// How far red, green and blue wrap round translucent skin.
@@ -46,8 +48,9 @@ constexpr glm::vec3 kWrap{0.32F, 0.14F, 0.08F};
 
 /// How much light reaches one vertex from outside or, if the surface has two sides, from behind.
 struct Reach {
-  float sky;  ///< share of the hemisphere that is open
-  float key;  ///< share of the key light that is seen
+  float sky;           ///< share of the hemisphere that is open
+  std::uint16_t key;   ///< rays to the key light that arrive
+  std::uint16_t fill;  ///< rays to the fill
 };
 
 /// The light at each vertex of a mesh, worked out when it is first asked for: much of a head is never seen. Whichever
@@ -73,7 +76,7 @@ class Reaches {
   }
 
  private:
-  static constexpr std::uint64_t kUnknown = ~std::uint64_t{0};  // two NaNs
+  static constexpr std::uint64_t kUnknown = ~std::uint64_t{0};  // no number of sky
   static_assert(sizeof(Reach) == sizeof(std::uint64_t));
   std::vector<std::atomic<std::uint64_t>> known_;
 };
@@ -82,6 +85,12 @@ class Reaches {
 struct PixelSample {
   int turn;  ///< which of four neighbouring pixels
   int ray;
+};
+
+/// A disc that shines.
+struct Lamp {
+  glm::mat3 frame;  ///< its third column is the way to its middle
+  float spread;     ///< radius at distance 1
 };
 
 struct Releaser {
@@ -155,6 +164,8 @@ class Renderer {
     if (options_.width < 1 || options_.height < 1 || options_.threads < 1)
       return RenderFailure{"a picture needs pixels and a thread"};
     if (options_.sky_rays < 1 || options_.key_rays < 1) return RenderFailure{"a picture needs rays of light"};
+    if (options_.key_rays >= std::numeric_limits<std::uint16_t>::max())
+      return RenderFailure{"so many rays are not counted", "ask for fewer rays to the key"};
     if (!embree()) return embree().error();
     embree_ = *embree();
     device_.reset(embree_.rtcNewDevice("threads=1"));
@@ -270,24 +281,25 @@ class Renderer {
     return open / static_cast<float>(rays);
   }
 
-  /// Whether a place of the key's disc is seen; h.x counts its area from the middle, h.y goes round.
-  bool key_seen(const glm::vec3& from, const glm::vec2& h) const {
-    static const glm::mat3 frame = frame_about(kKeyDirection);
-    const float r = kKeySpread * std::sqrt(h.x);
+  /// Whether a place of a lamp's disc is seen; h.x counts its area from the middle, h.y goes round.
+  bool lamp_seen(const Lamp& lamp, const glm::vec3& from, const glm::vec2& h) const {
+    const float r = lamp.spread * std::sqrt(h.x);
     const glm::vec3 local(r * std::cos(2.0F * kPi * h.y), r * std::sin(2.0F * kPi * h.y), 1.0F);
-    return !blocked(from, glm::normalize(frame * local), 1.0F);
+    return !blocked(from, glm::normalize(lamp.frame * local), 1.0F);
   }
 
-  float key_share(const glm::vec3& from) const {
+  /// How many of `count` rays arrive.
+  std::uint16_t rays_to(const Lamp& lamp, const glm::vec3& from, int count) const {
     int seen = 0;
-    const auto rays = static_cast<std::uint32_t>(options_.key_rays);
-    for (std::uint32_t i = 0; i < rays; ++i) seen += key_seen(from, hammersley(i, rays)) ? 1 : 0;
-    return static_cast<float>(seen) / static_cast<float>(rays);
+    const auto rays = static_cast<std::uint32_t>(count);
+    for (std::uint32_t i = 0; i < rays; ++i) seen += lamp_seen(lamp, from, hammersley(i, rays)) ? 1 : 0;
+    return static_cast<std::uint16_t>(seen);
   }
 
   Reach reach_at(const glm::vec3& position, const glm::vec3& normal) const {
     const glm::vec3 from = position + normal * kLift;
-    return {openness(from, frame_about(normal)), key_share(from)};
+    return {openness(from, frame_about(normal)), rays_to(key_, from, options_.key_rays),
+            rays_to(fill_, from, kFillRays)};
   }
 
   glm::vec3 seen(const View& view, float x, float y, const PixelSample& sample) const {
@@ -323,7 +335,7 @@ class Renderer {
     for (std::uint32_t i = 0; i < kEdgeRays; ++i) {
       glm::vec2 h = hammersley(static_cast<std::uint32_t>(sample.ray) * kEdgeRays + i, kAll);
       h += glm::vec2(shift - 0.375F, shift) / static_cast<float>(kAll);
-      seen += key_seen(from, h) ? 1 : 0;
+      seen += lamp_seen(key_, from, h) ? 1 : 0;
     }
     return static_cast<float>(seen) / kEdgeRays;
   }
@@ -334,7 +346,9 @@ class Renderer {
     const std::array<float, 3> weight{1.0F - hit.hit.u - hit.hit.v, hit.hit.u, hit.hit.v};
     glm::vec3 normal(0.0F);
     glm::vec3 color(0.0F);
-    Reach reach{0.0F, 0.0F};
+    float open = 0.0F;
+    float key_share = 0.0F;
+    float fill_share = 0.0F;
     for (int i = 0; i < 3; ++i) {
       normal += weight[i] * mesh.normals[corner[i]];
       color += weight[i] * (mesh.colors.empty() ? glm::vec3(1.0F) : mesh.colors[corner[i]]);
@@ -347,11 +361,12 @@ class Renderer {
       const std::uint32_t v = corner[i];
       const Reach there =
           reaches.at(v, [&] { return reach_at(mesh.positions[v], (behind ? -1.0F : 1.0F) * mesh.normals[v]); });
-      reach.sky += weight[i] * there.sky;
-      reach.key += weight[i] * there.key;
+      open += weight[i] * there.sky;
+      key_share += weight[i] * static_cast<float>(there.key) / static_cast<float>(options_.key_rays);
+      fill_share += weight[i] * static_cast<float>(there.fill) / static_cast<float>(kFillRays);
     }
-    if (reach.key > 0.001F && reach.key < 0.999F)
-      reach.key = key_at_edge(mesh, corner, weight, behind ? -1.0F : 1.0F, normal, sample);
+    if (key_share > 0.001F && key_share < 0.999F)
+      key_share = key_at_edge(mesh, corner, weight, behind ? -1.0F : 1.0F, normal, sample);
     color *= mesh.color;
 
     const auto lit = [&](const glm::vec3& to_light) {
@@ -360,12 +375,12 @@ class Renderer {
     };
     // Light that is kept out is not black in skin: it comes through reddened.
     const glm::vec3 key =
-        glm::mix(glm::vec3(reach.key), glm::vec3(std::sqrt(reach.key), reach.key, reach.key), mesh.translucence);
+        glm::mix(glm::vec3(key_share), glm::vec3(std::sqrt(key_share), key_share, key_share), mesh.translucence);
     const glm::vec3 sky = glm::mix(kGroundColor, kSkyColor, normal.y * 0.5F + 0.5F);
-    const glm::vec3 light = kKeyColor * lit(kKeyDirection) * key + kFillColor * lit(kFillDirection) * reach.sky +
-                            kRimColor * lit(kRimDirection) * reach.sky + glm::mix(kBounceColor, sky, reach.sky);
-    return color * light * 0.5F + highlight(normal, direction, mesh.roughness, kKeyDirection) * kKeyColor * reach.key +
-           highlight(normal, direction, mesh.roughness, kFillDirection) * kFillColor * reach.sky;
+    const glm::vec3 light = kKeyColor * lit(kKeyDirection) * key + kFillColor * lit(kFillDirection) * fill_share +
+                            kRimColor * lit(kRimDirection) * open + glm::mix(kBounceColor, sky, open);
+    return color * light * 0.5F + highlight(normal, direction, mesh.roughness, kKeyDirection) * kKeyColor * key_share +
+           highlight(normal, direction, mesh.roughness, kFillDirection) * kFillColor * fill_share;
   }
 
   /// Cook and Torrance's highlight with GGX's distribution, Schlick's Fresnel term and no masking; 2.8 % at right
@@ -385,6 +400,8 @@ class Renderer {
 
   const std::vector<Mesh>& meshes_;
   RenderOptions options_;
+  Lamp key_{frame_about(kKeyDirection), kKeySpread};
+  Lamp fill_{frame_about(kFillDirection), kFillSpread};
   EmbreeLibrary embree_;
   Device device_;
   Scene scene_;

@@ -84,7 +84,7 @@ std::string write_face(const Model& model) {
   file.title = "ada";
   const Materials materials = add_materials(file);
   add_net(model, materials, file);
-  add_shells(SkinMesh(model), materials, file);
+  add_shells(model, materials, file);
   add_parts(model, materials, file);
   return runtime::write_face_x3d(file);
 }
@@ -119,7 +119,8 @@ void run(const std::string& scan_path, const std::string& layout_path, const std
   tuck_lining(model);
   part_corner(model);
   const program::Image muscles = all_units();
-  unfold(model, muscles.program(), [&](const Model& m) { return read_back(write_face(m), out_path, 1.0); });
+  if (!getenv("NOUNFOLD"))
+    unfold(model, muscles.program(), [&](const Model& m) { return read_back(write_face(m), out_path, 1.0); });
 
   const std::string text = write_face(model);
   if (!(std::ofstream(out_path, std::ios::binary) << text)) fail("cannot write " + out_path);

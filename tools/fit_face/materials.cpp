@@ -19,6 +19,7 @@ Materials add_materials(runtime::FaceFile& file) {
   m.skin = add("skin", {.62F, .37F, .27F}, .55F, false);
   m.lips = add("lips", {.47F, .175F, .15F}, .45F, true);
   m.mouth_lining = add("mouth_lining", {.35F, .09F, .08F}, .5F, true);
+  m.cheek = add("cheek_inside", {.35F, .09F, .08F}, .5F, true);
   m.dark = add("mouth_dark", {.035F, .008F, .008F}, .9F, true);
   m.sclera = add("sclera", {.78F, .76F, .73F}, .18F, false);
   m.iris = add("iris", {.085F, .05F, .022F}, .15F, false);

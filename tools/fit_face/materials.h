@@ -8,7 +8,7 @@ namespace nms::fit_face {
 
 /// Indices into FaceFile::materials.
 struct Materials {
-  std::uint32_t skin, lips, mouth_lining, dark, sclera, iris, limbus, pupil, brow, hair, teeth, gums, tongue;
+  std::uint32_t skin, lips, mouth_lining, cheek, dark, sclera, iris, limbus, pupil, brow, hair, teeth, gums, tongue;
 };
 
 Materials add_materials(runtime::FaceFile& file);

@@ -10,6 +10,7 @@
 
 #include "lids.h"
 #include "surface_through.h"
+#include "tint.h"
 
 namespace nms::fit_face {
 
@@ -21,8 +22,7 @@ constexpr double kEyeball_mm = 15.2;
 constexpr double kCornea_mm = .2;  // above the sphere, fading out at 24 degrees; the lids slide 0.15 mm above that
 
 constexpr int kTeethASide = 8;
-constexpr double kArch = 1.463;        // half of the arch that they stand on [rad]
-constexpr double kDeepestLight = .25;  // share of the light at the back of the mouth
+constexpr double kArch = 1.463;  // half of the arch that they stand on [rad]
 
 // A ring of the eyeball about its axis of view, from one angle off that axis to another. [degrees]
 Shape eye_ring(double from, double to, double bulge) {
@@ -48,17 +48,17 @@ Shape teeth_row(double gum_y, double edge_y, double setback) {
     const double tooth = std::abs(t) * kTeethASide - std::floor(std::abs(t) * kTeethASide);
     const double crown = 1 - std::pow(std::abs(2 * tooth - 1), 6.0);
     const double towards_edge = edge_y < gum_y ? -1 : 1;
-    const double notch = towards_edge * (1 - crown) * .9;
+    const double notch = towards_edge * (1 - crown) * .6;
     double y = 0;
     double off = 0;
     if (v < .7) {
       const double w = v / .7;
       y = gum_y + (edge_y - gum_y) * w - notch * w;
-      off = -1.4 + 1.6 * crown * (.35 + .65 * std::sin(3.0 * std::min(1.0, w + .1)));
+      off = -.9 + 1.1 * crown * (.35 + .65 * std::sin(3.0 * std::min(1.0, w + .1)));
     } else {
       const double w = (v - .7) / .3;
       y = edge_y + (gum_y - edge_y) * w * .8 - notch;
-      off = -1.4 - 3.5 * w;
+      off = -.9 - 4.0 * w;
     }
     glm::dvec3 p = arch(t, off - setback);
     p.y = y;
@@ -83,27 +83,35 @@ glm::dvec3 tongue(double u, double v) {
   return {half_width * std::sin(p), -42.5 - 2.5 * v * v + half_height * std::cos(p) - furrow, 46 + 44 * v};
 }
 
-// A bag that is open to the front, behind the lining. From its rim on it reaches forward, to where the lining begins,
-// as far as `reach` says: a lip that is drawn up or down shows no gap behind it. [mm]
-glm::dvec3 mouth_bag(double u, double v, double reach) {
+// A bag that is open to the front, behind the lining; `rim` is the angle at which it ends, off the way back. From there
+// on it reaches forward, to where the lining begins, as far as `reach` says: a lip that is drawn up or down shows no
+// gap behind it. [mm]
+glm::dvec3 mouth_bag(double u, double v, double rim, double reach) {
   constexpr double kRim = .8;
   const double p = 2 * pi * u;
-  const double a = std::min(v / kRim, 1.0) * 2.45;
+  const double a = std::min(v / kRim, 1.0) * rim;
   const glm::dvec3 bag(31 * std::sin(a) * std::sin(p), -36 + 30 * std::sin(a) * std::cos(p), 71 - 31 * std::cos(a));
   const auto square = [](double x) { return std::copysign(std::pow(std::abs(x), .6), x); };
   const glm::dvec3 front(22.5 * square(std::sin(p)), -36 + 18 * square(std::cos(p)), 99);
   return glm::mix(bag, front, reach * std::max(0.0, (v - kRim) / (1 - kRim)));
 }
 
-// The upper half reaches forward; the lower one would stand in an open mouth.
-glm::dvec3 mouth_roof(double u, double v) { return mouth_bag(u, v, smooth_step(-.2, .4, std::cos(2 * pi * u))); }
+constexpr double kBagRim = 2.45;  // [rad]
+
+// The upper half reaches forward. The lower one ends far back: it would stand in an open mouth, before tongue and
+// teeth.
+glm::dvec3 mouth_roof(double u, double v) {
+  constexpr double kLowerRim = .6;  // [rad]
+  const double up = std::cos(2 * pi * u);
+  return mouth_bag(u, v, kLowerRim + (kBagRim - kLowerRim) * smooth_step(-.8, -.2, up), smooth_step(-.2, .4, up));
+}
 
 // The bag's lower part again, for the jaw to take along: else an open mouth shows what is behind the head. Its sides
 // stand higher than the mouth, so that they cover what opens between them and the roof. [mm]
 glm::dvec3 mouth_floor(double u, double v) {
   constexpr double kFrom = 1 / 6.0;
   const double at = kFrom + (1 - 2 * kFrom) * u;
-  return mouth_bag(at, v, 1 - smooth_step(.05, .45, std::cos(2 * pi * at)));
+  return mouth_bag(at, v, kBagRim, 1 - smooth_step(.05, .45, std::cos(2 * pi * at)));
 }
 
 // The middle of a closed curve of 16 spans or fewer. [mm]
@@ -145,10 +153,8 @@ void add_parts(const Model& m, const Materials& materials, runtime::FaceFile& fi
   eye("limbus", materials.limbus, 20.6, 22.6, 1, kCornea_mm);
   eye("sclera", materials.sclera, 22.6, 150, 6, 0);
 
-  // Light gets less and less far into a mouth; what shows a file without shadows needs to be told.
   const auto shaded = [](runtime::FaceFileSurface s) {
-    for (const glm::dvec3& p : s.points)
-      s.tint.emplace_back(static_cast<float>(kDeepestLight + (1 - kDeepestLight) * smooth_step(62, 98, p.z * 1000.0)));
+    for (const glm::dvec3& p : s.points) s.tint.push_back(light_in_mouth(p.z * 1000.0));
     return s;
   };
   const auto single = [&](const char* name, std::size_t spans_u, std::size_t spans_v, const Shape& shape,

@@ -7,8 +7,11 @@
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
+#include "lids.h"
 #include "model.h"
+#include "skin_mesh.h"
 #include "surface_through.h"
+#include "tint.h"
 
 namespace nms::fit_face {
 
@@ -66,12 +69,32 @@ glm::dvec3 hair(const SkinMesh& skin, double u, double v) {
   return centre + direction * (skull_radius(skin, centre, direction) + lift);
 }
 
+// The cheek's inside, from where the lining ends at the mouth's corner (v = 0) back along the teeth: an open mouth
+// shows it between the bag's halves. u goes from the upper lip's side to the lower one's. [mm]
+glm::dvec3 cheek(const Model& m, double u, double v) {
+  constexpr double kUpper = 5;  // spans of the lip's curve from the corner on
+  constexpr double kLower = 9;
+  constexpr glm::dvec3 kBehindLining{.3, 0, .4};
+  constexpr double kOutside_x = 35;  // of the bag
+  constexpr double kOutAt = .6;
+  constexpr double kEnd_z = 62;
+  constexpr double kMiddle_y = -36;
+  constexpr double kWidens = 4;
+  const double along = mouth_corner(m) - kUpper + (kUpper + kLower) * u;
+  const glm::dvec3 from = m.curve_point(m.curve("deep"), along) * kMillimetres + kBehindLining;
+  const double out = std::sin(std::min(1.0, v / kOutAt) * std::numbers::pi / 2);
+  return {from.x + (kOutside_x - from.x) * out, from.y + kWidens * (from.y - kMiddle_y) * v,
+          from.z + (kEnd_z - from.z) * v};
+}
+
 }  // namespace
 
-void add_shells(const SkinMesh& skin, const Materials& materials, runtime::FaceFile& file) {
-  const auto add = [&](runtime::FaceFileSurface s, const char* part, std::uint32_t material) {
+void add_shells(const Model& m, const Materials& materials, runtime::FaceFile& file) {
+  const SkinMesh skin(m);
+  const auto add = [&](runtime::FaceFileSurface s, const char* part, std::uint32_t material,
+                       const char* rides = "skin") {
     s.part = part;
-    s.rides = "skin";
+    s.rides = rides;
     s.material = material;
     s.samples = {2, 2};
     file.surfaces.push_back(std::move(s));
@@ -80,6 +103,10 @@ void add_shells(const SkinMesh& skin, const Materials& materials, runtime::FaceF
       materials.brow);
   add(surface_through("hair_cap", 32, 12, [&](double u, double v) { return hair(skin, u, v); }), "hair",
       materials.hair);
+  runtime::FaceFileSurface inside =
+      surface_through("cheek_inside", 7, 3, [&](double u, double v) { return cheek(m, u, v); });
+  for (const glm::dvec3& p : inside.points) inside.tint.push_back(light_in_mouth(p.z * 1000.0));
+  add(std::move(inside), "cheek_inside", materials.cheek, "lining");
 }
 
 }  // namespace nms::fit_face

@@ -3,11 +3,11 @@
 #include <nms/runtime/face_x3d.h>
 
 #include "materials.h"
-#include "skin_mesh.h"
+#include "model.h"
 
 namespace nms::fit_face {
 
-/// Adds the left brow and the left half of the hair: thin shells that ride on the skin.
-void add_shells(const SkinMesh& skin, const Materials& materials, runtime::FaceFile& file);
+/// Adds the left brow, the left half of the hair and the left cheek's inside: thin shells that ride on the skin.
+void add_shells(const Model& model, const Materials& materials, runtime::FaceFile& file);
 
 }  // namespace nms::fit_face

@@ -26,6 +26,9 @@ constexpr double kSocket_mm = 26;
 constexpr double kSocket = .22;
 constexpr double kUpperLashes = .8;
 constexpr double kLowerLashes = .4;
+constexpr double kDeepestLight = .35;  // share of the light at the back of the mouth
+constexpr double kDeepest_z = 56;      // [mm]
+constexpr double kLight_z = 96;        // [mm]
 
 glm::vec3 skin_tint(const glm::dvec3& p) {
   const auto falloff = [&](const glm::dvec3& centre, double radius) {
@@ -59,6 +62,10 @@ void add_tint(const Model& m, runtime::FaceFileSurface& s) {
         static_cast<float>(1 - lash(m, g, greville(g.knots_u, i % g.count_u()), greville(g.knots_v, i / g.count_u())));
     s.tint.push_back(tint);
   }
+}
+
+glm::vec3 light_in_mouth(double z) {
+  return glm::vec3(static_cast<float>(kDeepestLight + (1 - kDeepestLight) * smooth_step(kDeepest_z, kLight_z, z)));
 }
 
 }  // namespace nms::fit_face

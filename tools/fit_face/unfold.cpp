@@ -38,7 +38,7 @@ constexpr double kRounding_mm = 1e-4;
 // What lies nearer to the midline is on it: both halves share it.
 constexpr double kMiddle_mm = 1e-5;
 constexpr std::uint32_t kSeed = 11;
-constexpr int kMixtures = 8000;
+constexpr int kMixtures = 20000;
 constexpr int kFullMixtures = 3000;  // whose units are all at 100 %
 // What holds a point: its place, and that its neighbours move alike.
 constexpr double kStay = 0.05;
@@ -46,7 +46,7 @@ constexpr double kSmooth = 0.05;
 // Furthest that a point goes from where it began. The lips are looked at closely; their corner, so many spans of their
 // curve to either side, is what has to move.
 constexpr double kFurthest_mm = 1.5;
-constexpr double kFurthestOfLips_mm = 0.05;
+constexpr double kFurthestOfLips_mm = 0.15;
 constexpr double kFurthestOfCorner_mm = 0.4;
 constexpr double kCornerSpans = 5.0;
 constexpr float kHeld_mm = 0.05F;

@@ -38,7 +38,7 @@ struct RenderOptions {
   int height = 450;   ///< [px]
   int threads = 1;    ///< the picture is the same for any number
   int sky_rays = 32;  ///< for each vertex, over the hemisphere: what is near darkens it. Most of the work.
-  int key_rays = 12;  ///< for each vertex, over the key light's disc: soft shadows
+  int key_rays = 12;  ///< for each vertex, over the key light's disc: soft shadows. Below 65535
 };
 
 /// Why there is no picture.
@@ -49,9 +49,9 @@ struct RenderFailure {
 
 /// One scene seen by several cameras: light, and how much of it reaches each vertex that is seen, is worked out once.
 ///
-/// Key light from the upper left of the picture of a face seen from the front, soft fill from the other side, a rim
+/// Key light from the upper left of the picture of a face seen from the front, a wide fill from the front, a rim
 /// from behind, and a sky darkened by what surrounds a point (ambient occlusion over 50 mm). Shadows are soft: each
-/// vertex looks at points over the key light's disc. Nine rays a pixel.
+/// vertex looks at points over the discs of key and fill. Nine rays a pixel.
 ///
 /// Failures: an index past the vertices, arrays of different lengths, a picture without pixels, Embree not installed,
 /// Embree's own. Deterministic on one machine; the last bits of a pixel may differ between processors.
