@@ -270,8 +270,8 @@ TEST(AnyFace, LidsAndJawOfPolygonsDoWhatTheyAreFor) {
 }
 
 // What ada shows under no unit, pair and mixture, she does not show warped either. Every pair is tried on one of the
-// heads. Few fold, in small triangles: lips that are sucked in, and the outer corner of the eye. One lets the tongue
-// touch a lip, which is puckered about it.
+// heads. Few fold, in small triangles: lips that are sucked in. One lets the tongue touch a lip, which is puckered about
+// it.
 TEST(AnyFace, NoArtefactsOnAdaWarped) {
   NMS_TOO_SLOW_HERE();
   std::mt19937 random(4);
@@ -288,8 +288,8 @@ TEST(AnyFace, NoArtefactsOnAdaWarped) {
     for (const auto& pose : fit_face::mixtures(p, static_cast<std::uint32_t>(i), 1000 / kWarps))
       others.add(inspector.look(pose.values), pose.what);
     EXPECT_EQ(rest.past({}), "") << "ada " << i;
-    EXPECT_EQ(units.past({{"folded skin", 0.9, 0.005}}), "") << "ada " << i;
-    EXPECT_EQ(others.past({{"folded skin", 1.25, 0.046}, {"tongue in lip", 0.9, 0.003}}), "") << "ada " << i;
+    EXPECT_EQ(units.past({}), "") << "ada " << i;
+    EXPECT_EQ(others.past({{"folded skin", 1.25, 0.007}, {"tongue in lip", 0.9, 0.003}}), "") << "ada " << i;
   }
 }
 

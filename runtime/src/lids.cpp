@@ -135,8 +135,9 @@ std::optional<Failure> RigParts::make_eye_lids(std::size_t index) {
     const double angle =
         spread(closing, x, kSpread * smooth_rise(kEdge * rig.scale, kFold * rig.scale, from_edge) * from_edge);
     // No slope at the lid's outer border, or the skin that is held creases against the skin that is pulled.
-    const double hold = 1.0 - smooth_fall(static_cast<double>(std::max(upper[i], lower[i])));
-    const double share = static_cast<double>(std::max(upper[i], lower[i]));
+    // The corner of the eye is both lids'.
+    const double share = std::min(1.0, static_cast<double>(upper[i]) + static_cast<double>(lower[i]));
+    const double hold = 1.0 - smooth_fall(share);
     const double outwards = std::abs(x) - std::abs(eye.centre.x);
     const double drawn = share * (1.0 - (1.0 - kInnerCornerFollows) * smooth_fall((outwards + corner) / (2 * corner)));
     eye.points.push_back(

@@ -46,7 +46,7 @@ constexpr double kSmooth = 0.05;
 // Furthest that a point goes from where it began. The lips are looked at closely; their corner, so many spans of their
 // curve to either side, is what has to move.
 constexpr double kFurthest_mm = 1.5;
-constexpr double kFurthestOfLips_mm = 0.15;
+constexpr double kFurthestOfLips_mm = 0.05;
 constexpr double kFurthestOfCorner_mm = 0.4;
 constexpr double kCornerSpans = 5.0;
 constexpr float kHeld_mm = 0.05F;
