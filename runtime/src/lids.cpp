@@ -121,6 +121,9 @@ std::optional<Failure> RigParts::make_eye_lids(std::size_t index) {
   };
   const LidMargin upper_edge(LidMargin::Lid::upper, edge(upper), eye.centre);
   const LidMargin lower_edge(LidMargin::Lid::lower, edge(lower), eye.centre);
+  // The corner of the eye is both lids'. Of polygons it is one vertex, whose long edges would cut the eyeball if it
+  // went all the way.
+  const bool spline = face.skin.surface.column.size() > face.skin.surface.rows;
   eye.closing_angle = closing_angle(upper_edge, lower_edge, margin_x[index]);
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     if (upper[i] <= 0.0F && lower[i] <= 0.0F) continue;
@@ -135,8 +138,8 @@ std::optional<Failure> RigParts::make_eye_lids(std::size_t index) {
     const double angle =
         spread(closing, x, kSpread * smooth_rise(kEdge * rig.scale, kFold * rig.scale, from_edge) * from_edge);
     // No slope at the lid's outer border, or the skin that is held creases against the skin that is pulled.
-    // The corner of the eye is both lids'.
-    const double share = std::min(1.0, static_cast<double>(upper[i]) + static_cast<double>(lower[i]));
+    const double most = static_cast<double>(std::max(upper[i], lower[i]));
+    const double share = spline ? std::min(1.0, static_cast<double>(upper[i]) + static_cast<double>(lower[i])) : most;
     const double hold = 1.0 - smooth_fall(share);
     const double outwards = std::abs(x) - std::abs(eye.centre.x);
     const double drawn = share * (1.0 - (1.0 - kInnerCornerFollows) * smooth_fall((outwards + corner) / (2 * corner)));
