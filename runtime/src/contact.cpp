@@ -165,7 +165,6 @@ double TeethWall::radius_at(double along, double y) const {
   const double u = column - c;
   const double v = row - r;
   const auto at = [&](int dr, int dc) { return static_cast<double>(cell(*this, r + dr, c + dc)); };
-  // The larger of the two rows: the wall must not sink between samples.
   const double below = at(0, 0) + u * (at(0, 1) - at(0, 0));
   const double above = at(1, 0) + u * (at(1, 1) - at(1, 0));
   return below + v * (above - below);
