@@ -12,6 +12,7 @@
 #include <nms/lang/parse.h>
 #include <nms/program/evaluate.h>
 #include <nms/program/program.h>
+#include <nms/runtime/face_file.h>
 #include <nms/runtime/face_x3d.h>
 #include <nms/runtime/places_at_rest.h>
 #include <nms/runtime/region_shares.h>
@@ -189,16 +190,7 @@ glm::dvec3 landmark(const Bound& b, std::string_view name) {
 }
 
 std::string nearest_landmark(const Bound& b, const glm::dvec3& p) {
-  const program::Program& program = b.image.program();
-  std::string best = "nowhere";
-  double least = 1.0;
-  for (const program::Landmark& mark : program.landmarks) {
-    const double d = glm::distance(p, glm::dvec3(mark.position[0], mark.position[1], mark.position[2]));
-    if (d >= least) continue;
-    least = d;
-    best = program.string(mark.name);
-  }
-  return best;
+  return runtime::nearest_landmark(runtime::landmarks_of(face(), b.image.program()), p);
 }
 
 }  // namespace nms::ada

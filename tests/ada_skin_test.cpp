@@ -12,11 +12,11 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <glm/geometric.hpp>
 
 #include <nms/runtime/rig.h>
 
 #include "ada_fixture.h"
+#include "pose_sweep.h"
 #include "under_sanitizers.h"
 
 #include "../tools/fit_face/poses.h"
@@ -36,53 +36,15 @@ bool brings_lips_to_teeth(const std::string& unit) {
   return std::find(units.begin(), units.end(), unit) != units.end();
 }
 
-struct Step {
-  double mm = 0.0;  // the furthest that a vertex goes in it
-  int number = 0;
-  std::size_t vertex = 0;
-};
-
-class Skin {
- public:
-  explicit Skin(const Bound& b) : b_(b), pose_(runtime::make_pose(face(), b.rig)) {}
-
-  Step fastest(const std::vector<float>& from, const std::vector<float>& to, int steps) {
-    Step most;
-    std::vector<glm::vec3> last = at(from);
-    for (int k = 1; k <= steps; ++k) {
-      const std::vector<glm::vec3>& now = at(between(from, to, k, steps));
-      for (std::size_t v = 0; v < now.size(); ++v) {
-        const glm::vec3 d = now[v] - last[v];
-        const double mm = 1000.0 * static_cast<double>(glm::length(d));
-        if (mm > most.mm) most = {mm, k, v};
-      }
-      last = now;
-    }
-    return most;
-  }
-
-  static std::vector<float> between(const std::vector<float>& from, const std::vector<float>& to, int step, int steps) {
-    std::vector<float> values(from.size());
-    const float u = static_cast<float>(step) / static_cast<float>(steps);
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = from[i] + u * (to[i] - from[i]);
-    return values;
-  }
-
- private:
-  const std::vector<glm::vec3>& at(const std::vector<float>& values) {
-    runtime::pose_face(face(), b_.rig, values, pose_);
-    return pose_.positions;
-  }
-
-  const Bound& b_;
-  runtime::Pose pose_;
-};
-
 TEST(AdaSkin, moves_little_by_little) {
   const Bound& b = all_units();
-  Skin skin(b);
+  runtime::Pose pose = runtime::make_pose(face(), b.rig);
+  const auto skin = [&](const std::vector<float>& values) -> const std::vector<glm::vec3>& {
+    runtime::pose_face(face(), b.rig, values, pose);
+    return pose.positions;
+  };
   std::map<std::string, std::vector<float>> units;
-  for (const fit_face::FacePose& pose : fit_face::each_unit(b.image.program(), b.rig)) units[pose.what] = pose.values;
+  for (const fit_face::FacePose& unit : fit_face::each_unit(b.image.program(), b.rig)) units[unit.what] = unit.values;
   std::vector<std::pair<double, std::string>> found;
   const std::size_t every = one_case_of(8);
   std::size_t pairs = 0;
@@ -92,10 +54,7 @@ TEST(AdaSkin, moves_little_by_little) {
     if (!brings_lips_to_teeth(both[0]) && !brings_lips_to_teeth(both[1])) continue;
     if (pairs++ % every != 0) continue;
     for (const std::string& held : both) {
-      const std::vector<float>& from = units.at("100 % " + held);
-      const Step coarse = skin.fastest(from, pair.values, kCoarse);
-      const Step fine = skin.fastest(Skin::between(from, pair.values, coarse.number - 1, kCoarse),
-                                     Skin::between(from, pair.values, coarse.number, kCoarse), kFine);
+      const auto [coarse, fine] = sweep(skin, units.at("100 % " + held), pair.values, kCoarse, kFine);
       if (fine.mm * kCoarse * kFine <= kFastest_mm) continue;
       found.emplace_back(
           fine.mm, fmt::format("{}, {} held: {:.2f} mm at once near {}, at {:.0f} % of the other", pair.what, held,

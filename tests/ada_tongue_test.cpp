@@ -8,11 +8,11 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <glm/geometric.hpp>
 
 #include <nms/runtime/rig.h>
 
 #include "ada_fixture.h"
+#include "pose_sweep.h"
 #include "under_sanitizers.h"
 
 namespace nms::ada {
@@ -32,28 +32,6 @@ class Tongue {
   const std::vector<glm::vec3>& at(const std::vector<float>& values) {
     runtime::pose_face(face(), b_.rig, values, pose_);
     return pose_.parts[part_];
-  }
-
-  /// The furthest that a vertex goes in one of `steps` from one set of values to the other, and in which. [mm]
-  std::pair<double, int> fastest(const std::vector<float>& from, const std::vector<float>& to, int steps) {
-    std::pair<double, int> most{0.0, 0};
-    std::vector<glm::vec3> last = at(from);
-    for (int k = 1; k <= steps; ++k) {
-      const std::vector<glm::vec3>& now = at(between(from, to, k, steps));
-      for (std::size_t v = 0; v < now.size(); ++v) {
-        const double mm = 1000.0 * glm::length(glm::dvec3(now[v]) - glm::dvec3(last[v]));
-        if (mm > most.first) most = {mm, k};
-      }
-      last = now;
-    }
-    return most;
-  }
-
-  static std::vector<float> between(const std::vector<float>& from, const std::vector<float>& to, int step, int steps) {
-    std::vector<float> values(from.size());
-    const float u = static_cast<float>(step) / static_cast<float>(steps);
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = from[i] + u * (to[i] - from[i]);
-    return values;
   }
 
  private:
@@ -93,15 +71,13 @@ TEST(AdaTongue, moves_little_by_little) {
           const std::vector<float> from = values_of(b, names);
           names.push_back(swept);
           const std::vector<float> to = values_of(b, names);
-          const auto [coarse_mm, step] = tongue.fastest(from, to, kCoarse);
-          const double fine_mm = tongue
-                                     .fastest(Tongue::between(from, to, step - 1, kCoarse),
-                                              Tongue::between(from, to, step, kCoarse), kFine)
-                                     .first;
-          EXPECT_GT(coarse_mm, 0.0) << fmt::format("{}", fmt::join(names, " + "));
-          EXPECT_LE(fine_mm * kCoarse * kFine, kFastest_mm)
-              << fmt::format("{}: {:.2f} mm at once, at {:.0f} % of the last", fmt::join(names, " + "), fine_mm,
-                             100.0 * step / kCoarse);
+          const auto [coarse, fine] = sweep(
+              [&](const std::vector<float>& values) -> const std::vector<glm::vec3>& { return tongue.at(values); },
+              from, to, kCoarse, kFine);
+          EXPECT_GT(coarse.mm, 0.0) << fmt::format("{}", fmt::join(names, " + "));
+          EXPECT_LE(fine.mm * kCoarse * kFine, kFastest_mm)
+              << fmt::format("{}: {:.2f} mm at once, at {:.0f} % of the last", fmt::join(names, " + "), fine.mm,
+                             100.0 * coarse.number / kCoarse);
         }
       }
     }

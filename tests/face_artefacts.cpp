@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include <nms/runtime/face_file.h>
 #include <nms/runtime/places_at_rest.h>
 #include <nms/runtime/region_shares.h>
 
@@ -303,18 +304,6 @@ void Inspector::add_at(const std::string& kind, const glm::dvec3& place, double 
   if (mm > worst.first) worst = {mm, place};
 }
 
-std::string Inspector::nearest_landmark(const glm::dvec3& p) const {
-  std::string best = "nowhere";
-  double least = 1e9;
-  for (const auto& [name, place] : landmarks_) {
-    const double d = glm::distance(p, place);
-    if (d >= least) continue;
-    least = d;
-    best = name;
-  }
-  return best;
-}
-
 // By how much it is deeper than at rest; 0 where that is let pass.
 double Inspector::beyond_rest(std::vector<double>& rest, std::size_t i, double depth) const {
   if (resting_) rest[i] = depth;
@@ -333,7 +322,7 @@ std::vector<Artefact> Inspector::look(std::span<const float> values) {
   look_at_tongue();
   std::vector<Artefact> out;
   for (const auto& [kind, worst] : found_)
-    out.push_back({kind, nearest_landmark(worst.second), worst.second, worst.first});
+    out.push_back({kind, runtime::nearest_landmark(landmarks_, worst.second), worst.second, worst.first});
   return out;
 }
 

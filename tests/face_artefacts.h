@@ -111,7 +111,6 @@ class Inspector {
   void add_at(const std::string& kind, const glm::dvec3& place, double metres);
   [[nodiscard]] glm::dvec3 now(std::uint32_t v) const { return glm::dvec3(pose_.positions[v]); }
   [[nodiscard]] bool folded(const Triangle& t) const;
-  [[nodiscard]] std::string nearest_landmark(const glm::dvec3& p) const;
   [[nodiscard]] std::size_t lip_cell(double x, double z) const;
   void fill(Lip& lip) const;
   [[nodiscard]] double past_lip(const Lip& lip, const glm::dvec3& p, bool lower_lip) const;

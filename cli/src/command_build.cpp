@@ -59,9 +59,8 @@ void run_on_avatar(const GlobalOptions& global, const BuildOptions& options, Sou
     add_failure(
         diagnostics,
         {"not_on_avatar", options.avatar, fmt::format("it has nothing that shows {}", fmt::join(made->unshown, ", ")),
-         "add morph targets of those names, or of ARKit's, to the avatar; head, eyes and torso turn by bones named "
-         "Head, "
-         "LeftEye, RightEye and Spine2"},
+         "add morph targets of those names, or of ARKit's, to the avatar; head, eyes and torso turn by bones "
+         "named Head, LeftEye, RightEye and Spine2"},
         lang::Severity::warning);
   if (const auto failure = write_file(options.output, made->glb)) {
     add_failure(diagnostics, *failure);
