@@ -75,16 +75,19 @@ glm::dvec3 cheek(const Model& m, double u, double v) {
   constexpr double kUpper = 5;  // spans of the lip's curve from the corner on
   constexpr double kLower = 9;
   constexpr glm::dvec3 kBehindLining{.3, 0, .4};
-  constexpr double kOutside_x = 35;  // of the bag
-  constexpr double kOutAt = .6;
-  constexpr double kEnd_z = 62;
+  // Out of the way of the bag at once, then back, and never quite straight back: what is seen edge-on from the front
+  // shows through skin where a viewer's depths are coarse.
+  constexpr double kOut = 9.5;
+  constexpr double kOutAt = .3;
+  constexpr double kFlare = .2;
+  constexpr double kEnd_z = 66;
   constexpr double kMiddle_y = -36;
   constexpr double kWidens = 4;
   const double along = mouth_corner(m) - kUpper + (kUpper + kLower) * u;
   const glm::dvec3 from = m.curve_point(m.curve("deep"), along) * kMillimetres + kBehindLining;
-  const double out = std::sin(std::min(1.0, v / kOutAt) * std::numbers::pi / 2);
-  return {from.x + (kOutside_x - from.x) * out, from.y + kWidens * (from.y - kMiddle_y) * v,
-          from.z + (kEnd_z - from.z) * v};
+  const double back = (from.z - kEnd_z) * v;
+  return {from.x + kOut * std::sin(std::min(1.0, v / kOutAt) * std::numbers::pi / 2) + kFlare * back,
+          from.y + kWidens * (from.y - kMiddle_y) * v, from.z - back};
 }
 
 }  // namespace
@@ -104,7 +107,7 @@ void add_shells(const Model& m, const Materials& materials, runtime::FaceFile& f
   add(surface_through("hair_cap", 32, 12, [&](double u, double v) { return hair(skin, u, v); }), "hair",
       materials.hair);
   runtime::FaceFileSurface inside =
-      surface_through("cheek_inside", 7, 3, [&](double u, double v) { return cheek(m, u, v); });
+      surface_through("cheek_inside", 7, 4, [&](double u, double v) { return cheek(m, u, v); });
   for (const glm::dvec3& p : inside.points) inside.tint.push_back(light_in_mouth(p.z * 1000.0));
   add(std::move(inside), "cheek_inside", materials.cheek, "lining");
 }
